@@ -1,7 +1,7 @@
 /* Time, steps and bodies of a scene. SPDX-License-Identifier: Apache-2.0 */
 #include "core/base/fp_contract.h"
 
-#include "scene/scene_private.h"
+#include "scene/scene_access.h"
 
 #include <string.h>
 

@@ -2,9 +2,13 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "core/base/fp_contract.h"
 
+#include "scene/scene_base_motion.h"
+
+#include "scene/scene_loads.h"
+#include "scene/scene_memory.h"
+
 #include "core/base/finite.h"
 #include "core/base/pi.h"
-#include "scene/scene_private.h"
 
 #include <math.h>
 

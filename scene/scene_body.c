@@ -1,6 +1,20 @@
 /* Bodies: what a def says becomes a state at its start.
  * SPDX-License-Identifier: Apache-2.0 */
-#include "scene/scene_private.h"
+
+#include "scene/scene_base_motion.h"
+#include "scene/scene_contact.h"
+#include "scene/scene_detail.h"
+#include "scene/scene_free_make.h"
+#include "scene/scene_link.h"
+#include "scene/scene_loads.h"
+#include "scene/scene_memory.h"
+#include "scene/scene_model.h"
+#include "scene/scene_pairs_room.h"
+#include "scene/scene_placement.h"
+#include "scene/scene_skin.h"
+#include "scene/scene_solid.h"
+#include "scene/scene_state.h"
+#include "scene/scene_surface.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -26,42 +40,6 @@ thrum_scene_body_def thrum_default_scene_body_def(void) {
   };
 }
 
-/* `workers` blocks of scratch, each of `size`, in place of what there is. */
-static thrum_status replace_scratch(thrum_scene *scene, int32_t workers, size_t size,
-                                    thrum_error *error) {
-  void *scratch = size > 0 ? scene_aligned((size_t)workers * size) : NULL;
-  if (scratch == NULL && size > 0)
-    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for steps of %zu bytes", size);
-
-  // the states that are there take the new one, which is large enough for all
-  for (int32_t n = 0; n < scene->body_count; n++)
-    thrum_state_lend(scene->bodies[n]->state, scratch, size, NULL);
-  free(scene->scratch);
-  scene->scratch = scratch;
-  scene->scratch_size = size;
-  return THRUM_OK;
-}
-
-/* Makes the scratch of the scene as large as a state of this def needs. */
-static thrum_status make_scratch(thrum_scene *scene, const thrum_model *model,
-                                 const thrum_state_def *def, thrum_error *error) {
-  size_t size = 0;
-  THRUM_TRY(thrum_state_scratch_size(model, def, &size, error));
-  return scene_round_up(size) <= scene->scratch_size
-             ? THRUM_OK
-             : replace_scratch(scene, scene->workers, scene_round_up(size), error);
-}
-
-void scene_lend(const thrum_scene *scene, const scene_body *body, int32_t worker) {
-  thrum_state_lend(body->state,
-                   (unsigned char *)scene->scratch + (size_t)worker * scene->scratch_size,
-                   scene->scratch_size, NULL);
-}
-
-void *scene_workspace(const thrum_scene *scene, int32_t worker) {
-  return (unsigned char *)scene->workspace + (size_t)worker * scene->workspace_size;
-}
-
 thrum_status thrum_scene_set_workers(thrum_scene *scene, int32_t workers, thrum_scene_run run,
                                      void *context, thrum_error *error) {
   if (workers < 1 || workers > THRUM_SCENE_WORKERS_MAX || (workers > 1 && run == NULL))
@@ -75,7 +53,7 @@ thrum_status thrum_scene_set_workers(thrum_scene *scene, int32_t workers, thrum_
     if (workspace == NULL)
       return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for %d workers", (int)workers);
   }
-  thrum_status status = replace_scratch(scene, workers, scene->scratch_size, error);
+  thrum_status status = scene_scratch_replace(scene, workers, scene->scratch_size, error);
   THRUM_THEN(status, scene_pairs_share(scene, workers, error));
   if (status < 0) {
 
@@ -90,20 +68,6 @@ thrum_status thrum_scene_set_workers(thrum_scene *scene, int32_t workers, thrum_
   scene->run = workers > 1 ? run : NULL;
   scene->run_context = context;
   return THRUM_OK;
-}
-
-thrum_status scene_state_make(thrum_scene *scene, const thrum_model *model,
-                              const thrum_state_def *def, const double *q, const double *p,
-                              thrum_state **state, thrum_error *error) {
-  THRUM_TRY(make_scratch(scene, model, def, error));
-  THRUM_TRY(thrum_state_create(model, def, state, error));
-  thrum_status status = thrum_state_lend(*state, scene->scratch, scene->scratch_size, error);
-  THRUM_THEN(status, thrum_state_set(model, *state, q, p, error));
-  if (status < 0) {
-    thrum_state_destroy(*state);
-    *state = NULL;
-  }
-  return status;
 }
 
 static void free_body(thrum_scene *scene, scene_body *body) {
@@ -156,17 +120,6 @@ static thrum_status make_vectors(scene_body *body, thrum_error *error) {
   body->courses[0] = body->now[0] = (thrum_load){THRUM_LOAD_CONSTANT, 0, INFINITY, 0};
   body->load_count = 1;
   return THRUM_OK;
-}
-
-/* Slaves x masters are most where there are as many of each. */
-thrum_status scene_slopes_make(scene_body *body, thrum_error *error) {
-  if (body->slopes != NULL)
-    return THRUM_OK;
-  const size_t half = (size_t)body->model->rank / 2 + 1;
-  body->slopes = calloc(half * half, sizeof *body->slopes);
-  return body->slopes != NULL
-             ? THRUM_OK
-             : thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a condensed body");
 }
 
 /* q and p of the start; a mode's amplitude is that of the scaled body. */

@@ -2,83 +2,23 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "core/base/fp_contract.h"
 
+#include "scene/scene_access.h"
+#include "scene/scene_detail.h"
+#include "scene/scene_free_make.h"
+#include "scene/scene_link.h"
+#include "scene/scene_loads.h"
+#include "scene/scene_obstacle.h"
+#include "scene/scene_rebuild.h"
+#include "scene/scene_skin.h"
+
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "scene/scene_private.h"
-
-/* Makes the body's state and model anew, as the def, rank and stiffness say. */
-static thrum_status rebuild_as(thrum_scene *scene, scene_body *body, const thrum_state_def *def,
-                               int64_t rank, bool condensed, double stiffness, thrum_error *error) {
-  scene_model *derived = NULL;
-  thrum_state *state = NULL;
-  scene_touch *touch = NULL;
-  scene_skin *skin = NULL;
-  thrum_model_scaling by = body->derived->by;
-  by.stiffness = stiffness;
-  THRUM_TRY(scene_body_read(body, true, error));
-  if (condensed)
-    THRUM_TRY(scene_slopes_make(body, error));
-  THRUM_TRY(scene_model_take(scene, body->model, rank, condensed, &by, &derived, error));
-  // coordinates that come are at rest, or go on from where they followed
-  for (int64_t i = scene_shown(body); i < rank; i++)
-    body->q[i] = body->p[i] = 0;
-
-  thrum_rigid_frame frame = body->rigid_frame;
-  thrum_status status =
-      scene_state_make(scene, derived->model, def, body->q, body->p, &state, error);
-  if (isfinite(def->plastic.yield) || thrum_state_plastic_strain(body->state) > 0)
-    THRUM_THEN(status, thrum_state_take_plastic(state, body->state, error));
-  if (body->inertia_work != NULL) {
-    THRUM_THEN(status, scene_coupled_fit(body, derived, def, error));
-    THRUM_THEN(status, thrum_floating_frame_settle(derived->inertia, body->q, body->p, &frame,
-                                                   body->inertia_work, error));
-  }
-  THRUM_THEN(status, scene_make_room(scene, scene->body_count, error));
-  THRUM_THEN(status, scene_skin_take(scene, body, derived, &skin, error));
-  THRUM_THEN(status, scene_pairs_room(scene, body, skin, error));
-  THRUM_THEN(status, scene_touch_make(scene, body, derived, state, &touch, error));
-  if (status < 0) {
-    scene_skin_drop(scene, skin);
-    thrum_state_destroy(state);
-    scene_model_drop(scene, derived);
-    return status;
-  }
-
-  // nothing can fail any more: the new parts take the place of the old, and what the state has
-  // counted is kept
-  body->before_state = scene_body_counts(body);
-
-  // slaves that begin to follow answer to the load that they stand under
-  if (condensed && !body->derived->condensed) {
-    scene_wrench wrench = {{0}, {0}};
-    scene_loads_sum(scene, body, &wrench);
-    memcpy(body->answered, body->force, (size_t)body->model->rank * sizeof *body->answered);
-  }
-  scene_skin_drop(scene, body->skin);
-  scene_model_drop(scene, body->derived);
-  thrum_state_destroy(body->state);
-  scene_touch_free(body->touch);
-  body->touch = touch;
-  body->skin = skin;
-  body->derived = derived;
-  body->state = state;
-  body->rigid_frame = frame;
-  body->def = *def;
-  memcpy(body->before, body->q, (size_t)rank * sizeof *body->q);
-  memcpy(body->middle, body->q, (size_t)rank * sizeof *body->q);
-  memset(body->pulled, 0, (size_t)body->model->rank * sizeof *body->pulled);
-  if (derived->condensed)
-    body->q_known = body->p_known = false;
-  scene->revision++;
-  return THRUM_OK;
-}
-
 /* The same, condensed or not as before. */
 static thrum_status rebuild(thrum_scene *scene, scene_body *body, const thrum_state_def *def,
                             int64_t rank, double stiffness, thrum_error *error) {
-  return rebuild_as(scene, body, def, rank, body->derived->condensed, stiffness, error);
+  return scene_rebuild(scene, body, def, rank, body->derived->condensed, stiffness, error);
 }
 
 thrum_status thrum_scene_set_damping(thrum_scene *scene, int32_t number, double alpha, double beta,
@@ -154,19 +94,8 @@ thrum_status thrum_scene_set_rank(thrum_scene *scene, int32_t number, int64_t ra
   // coordinates that are not stepped follow, for a body without them would lock
   const bool fewer = rank < body->model->rank;
   THRUM_TRY(fewer ? check_touches(scene, body, error) : THRUM_OK);
-  return rebuild_as(scene, body, &body->def, rank, fewer || thrum_model_masters(body->model) > 0,
-                    body->derived->by.stiffness, error);
-}
-
-thrum_status scene_condense(thrum_scene *scene, int32_t number, int64_t masters,
-                            thrum_error *error) {
-  scene_body *body = scene->bodies[number];
-  if (masters < 0 || masters >= body->model->rank)
-    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
-                           "condensed to %lld coordinates is asked for; the model has 1 to %lld",
-                           (long long)masters, (long long)body->model->rank - 1);
-  return rebuild_as(scene, body, &body->def, masters > 0 ? masters : body->model->rank, masters > 0,
-                    body->derived->by.stiffness, error);
+  return scene_rebuild(scene, body, &body->def, rank, fewer || thrum_model_masters(body->model) > 0,
+                       body->derived->by.stiffness, error);
 }
 
 thrum_status thrum_scene_set_condensed(thrum_scene *scene, int32_t number, int64_t masters,

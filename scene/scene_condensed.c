@@ -13,7 +13,10 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "core/base/fp_contract.h"
 
-#include "scene/scene_private.h"
+#include "scene/scene_condensed.h"
+
+#include "scene/scene_placement.h"
+#include "scene/scene_shape.h"
 
 #include <math.h>
 #include <string.h>
@@ -21,44 +24,6 @@
 #include "core/base/finite.h"
 #include "core/base/vec3.h"
 #include "thrum/condensed_model.h"
-
-double scene_stiffening(const scene_body *body) {
-  const thrum_model_scaling *by = &body->derived->by;
-  return by->stiffness / (by->length * by->length * by->density);
-}
-
-static thrum_status check_slaves(const scene_body *body, const double *values, thrum_error *error) {
-  const int64_t masters = body->derived->rank;
-  if (thrum_all_finite(values + masters, body->model->rank - masters))
-    return THRUM_OK;
-  return thrum_error_set(error, THRUM_NOT_FINITE,
-                         "coordinates that follow the others at rest are beyond the range of "
-                         "finite numbers");
-}
-
-thrum_status scene_condensed_read(scene_body *body, bool p, thrum_error *error) {
-  const thrum_model *stepped = body->derived->model, *shape = body->model;
-  const int64_t masters = stepped->rank;
-  double x[THRUM_RANK_MAX], v[THRUM_RANK_MAX];
-  memcpy(x, body->q, (size_t)masters * sizeof *x);
-
-  // the slaves at rest, and their static answer to the load of the last step
-  const double scale = scene_stiffening(body);
-  thrum_condensed_shape(stepped, x, NULL, body->q);
-  for (int64_t h = masters; h < shape->rank; h++)
-    body->q[h] = body->g * body->q[h] + body->answered[h] / (scale * shape->omega2[h]) +
-                 body->pulled[h] / (scale * shape->omega2[h]);
-
-  THRUM_TRY(check_slaves(body, body->q, error));
-
-  if (!p)
-    return THRUM_OK;
-  memcpy(v, body->p, (size_t)masters * sizeof *v);
-  thrum_condensed_velocity(stepped, x, v, body->p);
-  for (int64_t h = masters; h < shape->rank; h++)
-    body->p[h] *= body->g;
-  return check_slaves(body, body->p, error);
-}
 
 /* vector (model's rank) in place: its force on the masters, with the slaves' part left as it is. */
 static void reduce(const scene_body *body, double *vector) {

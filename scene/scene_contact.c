@@ -4,9 +4,18 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "core/base/fp_contract.h"
 
+#include "scene/scene_contact.h"
+
+#include "scene/scene_access.h"
+#include "scene/scene_condensed.h"
+#include "scene/scene_free_body.h"
+#include "scene/scene_memory.h"
+#include "scene/scene_placement.h"
+#include "scene/scene_shape.h"
+#include "scene/scene_skin.h"
+
 #include "core/base/finite.h"
 #include "core/base/vec3.h"
-#include "scene/scene_private.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -203,7 +212,7 @@ thrum_status scene_touch_step(const thrum_scene *scene, scene_body *body, thrum_
   if (status >= 0 && body->free)
     scene_free_place(body);
   if (status >= 0 && body->derived->condensed)
-    scene_condensed_answer_pulls(body);
+    scene_answer_pulls(body);
   return status;
 }
 
@@ -230,7 +239,7 @@ static void add_pull_forces(const scene_body *body, double *load) {
   }
 }
 
-void scene_condensed_answer_pulls(scene_body *body) {
+void scene_answer_pulls(scene_body *body) {
   memset(body->pulled, 0, (size_t)body->model->rank * sizeof *body->pulled);
   add_pull_forces(body, body->pulled);
 }

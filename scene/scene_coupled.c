@@ -2,7 +2,12 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "core/base/fp_contract.h"
 
-#include "scene/scene_private.h"
+#include "scene/scene_coupled.h"
+
+#include "scene/scene_free_body.h"
+#include "scene/scene_memory.h"
+#include "scene/scene_model.h"
+
 #include "thrum/external_load.h"
 
 /* The work serves steps, and a body's loads on all coordinates of its model. */

@@ -10,10 +10,20 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "core/base/fp_contract.h"
 
+#include "scene/scene_detail.h"
+
+#include "scene/scene_access.h"
+#include "scene/scene_loads.h"
+#include "scene/scene_model.h"
+#include "scene/scene_placement.h"
+#include "scene/scene_rebuild.h"
+#include "scene/scene_shape.h"
+#include "scene/scene_skin.h"
+#include "scene/scene_still.h"
+
 #include "core/base/finite.h"
 #include "core/base/pi.h"
 #include "core/base/vec3.h"
-#include "scene/scene_private.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -182,14 +192,6 @@ thrum_status thrum_scene_body_detail(const thrum_scene *scene, int32_t number,
 
 /* --- looking ---------------------------------------------------------------------------------- */
 
-double scene_detail_bound(const scene_body *body, int64_t first, const double *q,
-                          const double *other) {
-  double sum = 0;
-  for (int64_t i = first; i < body->model->rank; i++)
-    sum += fabs(q[i] - (other != NULL ? other[i] : 0)) * body->detail->peaks[i];
-  return body->k * sum;
-}
-
 /* The same, of the vertex that moves furthest. */
 static double largest(const scene_body *body, const double *q, const double *other) {
   const thrum_model *model = body->model;
@@ -253,11 +255,10 @@ static bool look(const thrum_scene *scene, scene_body *body, int64_t before, con
                                             (detail->seen.far ? NEAR_AGAIN : 1) * def->beyond;
 
   // velocities vanish where a vibration turns, and what answers a load at rest has none
-  double speed = scene_detail_bound(body, 0, body->p, NULL);
+  double speed = scene_bound(body, 0, body->p, NULL);
   speed += scene_rigid_speed(body);
   if (detail->seen.last_time >= 0 && now > detail->seen.last_time)
-    speed =
-        fmax(speed, scene_detail_bound(body, 0, q, detail->last) / (now - detail->seen.last_time));
+    speed = fmax(speed, scene_bound(body, 0, q, detail->last) / (now - detail->seen.last_time));
   detail->seen.report.speed = speed;
 
   // what is about to act wakes the body before it does, as does what a call has changed
@@ -306,7 +307,7 @@ static thrum_status change(thrum_scene *scene, int32_t number, const scene_model
   scene_detail *detail = body->detail;
   double shape[THRUM_RANK_MAX];
   follow(scene, body, to, q, shape);
-  const double most = scene_detail_bound(body, 0, q, shape);
+  const double most = scene_bound(body, 0, q, shape);
   const bool allowed = most <= detail->def.jump || (most <= BOUND_OVER * detail->def.jump &&
                                                     largest(body, q, shape) <= detail->def.jump);
 

@@ -14,10 +14,17 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "core/base/fp_contract.h"
 
+#include "scene/scene_link.h"
+
+#include "scene/scene_access.h"
+#include "scene/scene_memory.h"
+#include "scene/scene_pairs_room.h"
+#include "scene/scene_placement.h"
+#include "scene/scene_shape.h"
+
 #include "core/base/finite.h"
 #include "core/base/intervals.h"
 #include "core/base/vec3.h"
-#include "scene/scene_private.h"
 
 #include <math.h>
 #include <stdlib.h>

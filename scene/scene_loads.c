@@ -7,8 +7,15 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "core/base/fp_contract.h"
 
+#include "scene/scene_loads.h"
+
+#include "scene/scene_access.h"
+#include "scene/scene_memory.h"
+#include "scene/scene_parts.h"
+#include "scene/scene_placement.h"
+#include "scene/scene_reduced_load.h"
+
 #include "core/base/finite.h"
-#include "scene/scene_private.h"
 
 #include <math.h>
 #include <stdlib.h>

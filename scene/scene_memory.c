@@ -1,5 +1,6 @@
 /* Memory of a scene. SPDX-License-Identifier: Apache-2.0 */
-#include "scene/scene_private.h"
+
+#include "scene/scene_memory.h"
 
 #include <stdlib.h>
 #include <string.h>

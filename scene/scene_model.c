@@ -1,6 +1,9 @@
 /* The models that bodies step, made of those that they were given, each once.
  * SPDX-License-Identifier: Apache-2.0 */
-#include "scene/scene_private.h"
+
+#include "scene/scene_model.h"
+
+#include "scene/scene_memory.h"
 
 #include <stdlib.h>
 

@@ -2,7 +2,10 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "core/base/fp_contract.h"
 
-#include "scene/scene_private.h"
+#include "scene/scene_obstacle.h"
+
+#include "scene/scene_contact.h"
+#include "scene/scene_memory.h"
 
 #include <string.h>
 

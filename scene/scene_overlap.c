@@ -3,8 +3,11 @@
  * same place have neither, points of the middle. SPDX-License-Identifier: Apache-2.0 */
 #include "core/base/fp_contract.h"
 
+#include "scene/scene_link.h"
+#include "scene/scene_shape.h"
+#include "scene/scene_solid.h"
+
 #include "core/base/vec3.h"
-#include "scene/scene_private.h"
 
 #include <stdlib.h>
 

@@ -9,7 +9,10 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "core/base/fp_contract.h"
 
-#include "scene/scene_private.h"
+#include "scene/scene_parts.h"
+
+#include "scene/scene_coupled.h"
+#include "scene/scene_memory.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -2,8 +2,9 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "core/base/fp_contract.h"
 
+#include "scene/scene_placement.h"
+
 #include "core/base/finite.h"
-#include "scene/scene_private.h"
 
 #include <math.h>
 #include <string.h>

@@ -2,10 +2,12 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "core/base/fp_contract.h"
 
+#include "scene/scene_access.h"
+#include "scene/scene_memory.h"
+#include "scene/scene_shape.h"
+
 #include <stdio.h>
 #include <stdlib.h>
-
-#include "scene/scene_private.h"
 
 static thrum_status check(const scene_body *body, const int32_t *vertices, int64_t count,
                           thrum_error *error) {

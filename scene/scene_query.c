@@ -2,64 +2,11 @@
  */
 #include "core/base/fp_contract.h"
 
-#include "scene/scene_private.h"
+#include "scene/scene_access.h"
+#include "scene/scene_shape.h"
 
 #include <math.h>
 #include <string.h>
-
-thrum_status scene_body_read(scene_body *body, bool p, thrum_error *error) {
-  if (body->q_known && (!p || body->p_known))
-    return THRUM_OK;
-  THRUM_TRY(thrum_state_get(body->derived->model, body->state, body->q, p ? body->p : NULL, error));
-  if (body->derived->condensed)
-    THRUM_TRY(scene_condensed_read(body, p, error));
-  body->q_known = true;
-  body->p_known = body->p_known || p;
-  return THRUM_OK;
-}
-
-scene_counts scene_body_counts(const scene_body *body) {
-  const thrum_state_report now = thrum_state_report_get(body->state);
-  scene_counts counts = body->before_state;
-  counts.fallback_steps += now.newton_steps + now.energy_steps + now.substep_steps;
-  counts.dissipated += now.dissipated;
-  counts.plastic_work += now.plastic_work;
-  return counts;
-}
-
-void scene_point(const scene_body *body, const double rest[3], const double *rows,
-                 double position[3], double velocity[3]) {
-  const int64_t r = body->model->rank, rank = scene_shown(body);
-  double x[3], v[3];
-
-  // place and velocity in the frame of the body
-  for (int axis = 0; axis < 3; axis++) {
-    double u = 0, speed = 0;
-    for (int64_t i = 0; i < rank; i++) {
-      u += rows[axis * r + i] * body->q[i];
-      speed += velocity ? rows[axis * r + i] * body->p[i] : 0.0;
-    }
-    x[axis] = body->derived->by.length * rest[axis] + body->k * u;
-    v[axis] = body->k * speed;
-  }
-
-  scene_to_world(&body->here, x, position);
-  for (int axis = 0; axis < 3; axis++)
-    position[axis] += body->here.origin[axis];
-  if (velocity == NULL)
-    return;
-
-  // a free body's point moves with the whole of it too
-  scene_to_world(&body->here, v, velocity);
-  if (!body->free)
-    return;
-  double centre[3], whole[3];
-  scene_free_centre(body, centre);
-  const double arm[3] = {position[0] - centre[0], position[1] - centre[1], position[2] - centre[2]};
-  scene_free_velocity(body, arm, whole);
-  for (int axis = 0; axis < 3; axis++)
-    velocity[axis] += whole[axis];
-}
 
 /* A body and its q, and p if asked for. */
 static thrum_status read_body(const thrum_scene *scene, int32_t number, bool p, scene_body **body,

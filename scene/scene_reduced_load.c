@@ -1,7 +1,11 @@
 /* Loads as they act on the coordinates of a body: what is reduced once, where there is a whole
  * mesh, can be added where there is none. SPDX-License-Identifier: Apache-2.0 */
+
+#include "scene/scene_reduced_load.h"
+
+#include "scene/scene_access.h"
+
 #include "core/base/finite.h"
-#include "scene/scene_private.h"
 
 #include <string.h>
 

@@ -1,13 +1,16 @@
 /* Snapshots: what steps change, one record after the other behind a head with a checksum
  * (core/base/seal.h). Nothing is restored before all of it has been checked.
  * SPDX-License-Identifier: Apache-2.0 */
+
+#include "scene/scene_free_body.h"
+#include "scene/scene_loads.h"
+
 #include <limits.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "core/base/finite.h"
 #include "core/base/seal.h"
-#include "scene/scene_private.h"
 
 /* Steps and counters beyond this could overflow when they are counted on. */
 #define COUNT_MAX (INT64_C(1) << 62)

@@ -5,8 +5,13 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "core/base/fp_contract.h"
 
+#include "scene/scene_solid.h"
+
+#include "scene/scene_memory.h"
+#include "scene/scene_pairs_room.h"
+#include "scene/scene_solid_shape.h"
+
 #include "core/base/intervals.h"
-#include "scene/scene_private.h"
 
 #include <math.h>
 #include <stdlib.h>

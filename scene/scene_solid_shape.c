@@ -2,8 +2,9 @@
  * from outside. SPDX-License-Identifier: Apache-2.0 */
 #include "core/base/fp_contract.h"
 
+#include "scene/scene_solid_shape.h"
+
 #include "core/base/pi.h"
-#include "scene/scene_private.h"
 
 #include <math.h>
 #include <stdlib.h>

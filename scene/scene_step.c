@@ -2,10 +2,20 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "core/base/fp_contract.h"
 
+#include "scene/scene_condensed.h"
+#include "scene/scene_contact.h"
+#include "scene/scene_coupled.h"
+#include "scene/scene_free_body.h"
+#include "scene/scene_loads.h"
+#include "scene/scene_obstacle.h"
+#include "scene/scene_pairs.h"
+#include "scene/scene_shape.h"
+#include "scene/scene_state.h"
+#include "scene/scene_wind.h"
+
 #include <math.h>
 #include <string.h>
 
-#include "scene/scene_private.h"
 #include "thrum/external_load.h"
 
 /* The load of the step to come. */

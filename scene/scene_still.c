@@ -9,14 +9,26 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "core/base/fp_contract.h"
 
+#include "scene/scene_still.h"
+
+#include "scene/scene_free_body.h"
+#include "scene/scene_loads.h"
+#include "scene/scene_placement.h"
+
 #include "core/base/vec3.h"
-#include "scene/scene_private.h"
 
 #include <math.h>
 #include <string.h>
 
 static double length_of(const double vector[3]) {
   return sqrt(thrum_dot3(vector, vector));
+}
+
+double scene_bound(const scene_body *body, int64_t first, const double *q, const double *other) {
+  double sum = 0;
+  for (int64_t i = first; i < body->model->rank; i++)
+    sum += fabs(q[i] - (other != NULL ? other[i] : 0)) * body->detail->peaks[i];
+  return body->k * sum;
 }
 
 double scene_rigid_speed(const scene_body *body) {
@@ -55,7 +67,7 @@ static bool may_be_hit(const thrum_scene *scene, const scene_body *body, const d
   for (int axis = 0; axis < 3; axis++)
     middle[axis] += body->here.origin[axis];
   const double radius =
-      body->derived->by.length * length_of(detail->half) + scene_detail_bound(body, 0, q, NULL);
+      body->derived->by.length * length_of(detail->half) + scene_bound(body, 0, q, NULL);
 
   for (int32_t n = 0; n < scene->obstacle_count; n++) {
     const double speed = length_of(scene->obstacles[n].velocity);
@@ -83,7 +95,7 @@ double scene_coming_speed(const thrum_scene *scene, scene_body *body, const doub
     scene_loads_ahead(scene, body, step, base);
     for (int64_t i = 0; i < r; i++)
       gained[i] += scene->dt * (body->force[i] - under[i]);
-    most = fmax(most, scene_detail_bound(body, 0, gained, NULL));
+    most = fmax(most, scene_bound(body, 0, gained, NULL));
   }
   return most;
 }

@@ -2,7 +2,7 @@
  * triangles' area. SPDX-License-Identifier: Apache-2.0 */
 #include "core/base/fp_contract.h"
 
-#include "scene/scene_private.h"
+#include "scene/scene_surface.h"
 
 #include <math.h>
 #include <stdlib.h>
