@@ -305,12 +305,25 @@ static thrum_damped_part damped(const thrum_model *model, const thrum_state *sta
   return (thrum_damped_part){matched, matched};
 }
 
+static thrum_mode_answer answer(const thrum_model *model, const thrum_state *state, int32_t own,
+                                int32_t i) {
+  if (i >= own)
+    return (thrum_mode_answer){1.0, 0.5, 0.5, 0.25};
+
+  // its time step is stretched
+  const thrum_matched_step by = thrum_schemes.mode_steps->of(model, state, i);
+  const double square = by.stretch * by.stretch;
+  return (thrum_mode_answer){by.stretch, 0.5 * square, 0.5 * square * (by.speed * by.speed),
+                             0.25 * square};
+}
+
 const thrum_scheme_row thrum_energy_scheme = {
     .scheme = THRUM_SCHEME_ENERGY,
     .integrator = THRUM_INTEGRATOR_ENERGY,
     .form = -1,
     .step = thrum_step_energy,
     .frequency = frequency,
+    .answer = answer,
     .problem = problem,
     .own_modes = matched_modes,
     .damped = damped,

@@ -13,6 +13,13 @@ typedef struct thrum_damped_part {
   double a, b;
 } thrum_damped_part;
 
+/* How a mode moves under a force R and a mean load f in a step:
+ * q' - q = s [momentum h p + load h^2 (f - R)], s = 1 / (1 + damping h d + stiffness h^2 omega^2).
+ */
+typedef struct thrum_mode_answer {
+  double momentum, load, damping, stiffness;
+} thrum_mode_answer;
+
 /* How a mode is stepped, all 1 where its frequency is not matched. */
 typedef struct thrum_matched_step {
   double stretch; /* lambda, its time step over dt, */

@@ -146,6 +146,12 @@ static bool problem(const thrum_model *model, const thrum_state *state, thrum_st
   return state->def.newmark_beta > 0.0;
 }
 
+static thrum_mode_answer answer(const thrum_model *model, const thrum_state *state, int32_t own,
+                                int32_t i) {
+  (void)model, (void)own, (void)i;
+  return (thrum_mode_answer){1.0, 0.5, 0.5, state->def.newmark_beta};
+}
+
 const thrum_scheme_row thrum_newmark_scheme = {
     .scheme = THRUM_SCHEME_NEWMARK,
     .integrator = THRUM_INTEGRATOR_NEWMARK,
@@ -153,5 +159,6 @@ const thrum_scheme_row thrum_newmark_scheme = {
     .carries_acceleration = true,
     .step = thrum_step_newmark,
     .frequency = frequency,
+    .answer = answer,
     .problem = problem,
 };

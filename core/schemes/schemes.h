@@ -67,6 +67,11 @@ typedef struct thrum_scheme_row {
   thrum_damped_part (*damped)(const thrum_model *model, const thrum_state *state,
                               const thrum_state_view *view, int32_t i);
 
+  /* How mode i moves under a force in a step that is linear about rest; `own` is own_modes, or 0.
+   * NULL: explicit below the split, by the midpoint rule from it on. */
+  thrum_mode_answer (*answer)(const thrum_model *model, const thrum_state *state, int32_t own,
+                              int32_t i);
+
   /* Kinetic energy beyond that of p [J]. */
   double (*kinetic)(const thrum_model *model, const double *q, const double *p);
 } thrum_scheme_row;

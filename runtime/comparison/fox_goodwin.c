@@ -158,6 +158,12 @@ static thrum_damped_part damped(const thrum_model *model, const thrum_state *sta
   return (thrum_damped_part){mean, 2.0 * d - mean};
 }
 
+static thrum_mode_answer answer(const thrum_model *model, const thrum_state *state, int32_t own,
+                                int32_t i) {
+  (void)model, (void)state;
+  return (thrum_mode_answer){1.0, 0.5, 0.5, i < own ? 1.0 / 12.0 : 0.25};
+}
+
 const thrum_scheme_row thrum_fox_goodwin_scheme = {
     .scheme = THRUM_SCHEME_FOX_GOODWIN,
     .integrator = THRUM_INTEGRATOR_FOX_GOODWIN,
@@ -166,6 +172,7 @@ const thrum_scheme_row thrum_fox_goodwin_scheme = {
     .velocity_by_dt = true,
     .step = step,
     .frequency = frequency,
+    .answer = answer,
     .problem = problem,
     .synchronise = synchronise,
     .unsynchronise = unsynchronise,

@@ -56,6 +56,13 @@ static thrum_mode_factor frequency(const thrum_model *model, const thrum_state *
                              fabs(z - z * square / 6.0)};
 }
 
+/* As far as its h^4. */
+static thrum_mode_answer answer(const thrum_model *model, const thrum_state *state, int32_t own,
+                                int32_t i) {
+  (void)model, (void)state, (void)own, (void)i;
+  return (thrum_mode_answer){1.0, 0.5, 0.5, 1.0 / 12.0};
+}
+
 const thrum_scheme_row thrum_rk4_scheme = {
     .scheme = THRUM_SCHEME_RK4,
     .integrator = THRUM_INTEGRATOR_RK4,
@@ -64,4 +71,5 @@ const thrum_scheme_row thrum_rk4_scheme = {
     .is_explicit = true,
     .step = step,
     .frequency = frequency,
+    .answer = answer,
 };

@@ -15,54 +15,21 @@
 
 #include "core/base/finite.h"
 #include "core/polynomial/polynomial_private.h"
+#include "core/schemes/schemes.h"
 #include "core/schemes/staggered_momentum.h"
 #include "core/state/state_layout.h"
-#include "runtime/comparison/fox_goodwin.h"
 #include "runtime/condensed/manifold.h"
 #include "runtime/contact/contact_private.h"
-#include "runtime/guard/frequency_matching.h"
-#include "runtime/points/point_flow.h"
 #include "thrum/floating_frame.h"
 
-/* How a mode moves in a step: by s_i [momentum h p_i + load h^2 (f_i - R_i)], s_i = 1 / (1 +
- * damping h d_i + stiffness h^2 w_i^2). */
-typedef struct answer {
-  double momentum, load, damping, stiffness;
-} answer;
-
-/* The same of a mode whose frequency is matched. */
-static answer answer_of_matched(const thrum_model *model, const thrum_state *state, int32_t i) {
-  const thrum_matched_step by = thrum_matched_step_of(model, state, i);
-  const double square = by.stretch * by.stretch;
-  return (answer){by.stretch, 0.5 * square, 0.5 * square * (by.speed * by.speed), 0.25 * square};
-}
-
-/* That of mode i; the first `low` modes have Fox-Goodwin's beta, or a time step of their own. */
-static answer answer_of(const thrum_model *model, const thrum_state *state, int32_t low,
-                        int32_t i) {
-  switch ((thrum_scheme)state->scheme) {
-  case THRUM_SCHEME_NEWMARK:
-    return (answer){1.0, 0.5, 0.5, state->def.newmark_beta};
-  case THRUM_SCHEME_FOX_GOODWIN:
-    return (answer){1.0, 0.5, 0.5, i < low ? 1.0 / 12.0 : 0.25};
-  case THRUM_SCHEME_ENERGY:
-    if (i < low)
-      return answer_of_matched(model, state, i);
-    return (answer){1.0, 0.5, 0.5, 0.25};
-
-  // these take their forces at the end of the step
-  case THRUM_SCHEME_BACKWARD_EULER:
-  case THRUM_SCHEME_SEMI_IMPLICIT_EULER:
-    return (answer){1.0, 1.0, 1.0, 1.0};
-  case THRUM_SCHEME_RK4:
-    return (answer){1.0, 0.5, 0.5, 1.0 / 12.0}; // as far as its h^4
-  case THRUM_SCHEME_THESIS:
-  case THRUM_SCHEME_QUADRATIC:
-  case THRUM_SCHEME_POSITION:
-  case THRUM_SCHEME_MANIFOLD:
-    break;
-  }
-  return (answer){1.0, 0.5, 0.5, i < state->split ? 0.0 : 0.25};
+/* How mode i moves in a step, as its scheme makes it; `own` of the first modes have a rule of their
+ * own. */
+static thrum_mode_answer answer_of(const thrum_model *model, const thrum_state *state, int32_t own,
+                                   int32_t i) {
+  const thrum_scheme_row *row = thrum_row_of(state);
+  if (row->answer)
+    return row->answer(model, state, own, i);
+  return (thrum_mode_answer){1.0, 0.5, 0.5, i < state->split ? 0.0 : 0.25};
 }
 
 /* Fills the displacement over the step without contact, and the answer to a unit mean load, with
@@ -70,15 +37,14 @@ static answer answer_of(const thrum_model *model, const thrum_state *state, int3
 static void fill_unloaded(const thrum_contact_run *run, const double *momentum,
                           const double *force) {
   const thrum_state *state = run->state;
-  const int32_t low = state->scheme == THRUM_SCHEME_ENERGY
-                          ? thrum_matched_modes(run->model, state)
-                          : thrum_fox_goodwin_modes(run->model, state);
+  const thrum_scheme_row *row = thrum_row_of(state);
+  const int32_t own = row->own_modes ? row->own_modes(run->model, state) : 0;
   const thrum_contact_view *view = &run->view;
   const double h = run->dt;
 
   // one linear step of each mode, as its scheme makes it
   for (int32_t i = 0; i < state->rank; i++) {
-    const answer by = answer_of(run->model, state, low, i);
+    const thrum_mode_answer by = answer_of(run->model, state, own, i);
     const double damping = thrum_rest_damping(run->model, state, i);
     const double scale =
         1.0 / (1.0 + by.damping * h * damping + by.stiffness * h * h * run->model->omega2[i]);
@@ -104,8 +70,8 @@ thrum_status thrum_contact_predict(thrum_contact_run *run, thrum_error *error) {
   thrum_state *state = run->state;
   const int32_t r = state->rank;
   thrum_state_view view = thrum_state_view_of(state);
-  thrum_model flowed;
-  const thrum_model *model = thrum_flowed_model(run->model, state, &flowed);
+  thrum_model seen;
+  const thrum_model *model = thrum_seen_model(run->model, state, &seen);
 
   // momenta at the start of the step; a staggered state keeps them half a step away
   const thrum_status synchronised = thrum_staggered_synchronise(model, state, &view, NULL);
@@ -122,7 +88,7 @@ thrum_status thrum_contact_predict(thrum_contact_run *run, thrum_error *error) {
     }
     add_rotation_force(run, &view);
     // on a manifold the mass is that of the slaves as well
-    const bool own = state->scheme == THRUM_SCHEME_FOX_GOODWIN;
+    const bool own = thrum_row_of(state)->velocity_by_dt;
     if (state->scheme != THRUM_SCHEME_MANIFOLD ||
         !thrum_manifold_predict(run->model, state, &view, run->environment->load,
                                 run->view.unloaded, run->view.weights))
