@@ -24,7 +24,8 @@ static const char *const run_files[] = {
 enum { RUN_FILE_COUNT = sizeof run_files / sizeof run_files[0] };
 
 /* The files of the run of a scene, beside the folders of its bodies. */
-static const char *const scene_files[] = {SCENE_PROBES, SCENE_ACCOUNT, SCENE_LINKS, SCENE_JSON};
+static const char *const scene_files[] = {SCENE_PROBES, SCENE_ACCOUNT, SCENE_CONTACT, SCENE_LINKS,
+                                          SCENE_JSON};
 enum { SCENE_FILE_COUNT = sizeof scene_files / sizeof scene_files[0] };
 
 typedef char path_text[PATH_SIZE];

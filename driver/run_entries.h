@@ -21,6 +21,7 @@
 #define SCENE_JSON "scene.json"
 #define SCENE_PROBES "probes.csv"
 #define SCENE_ACCOUNT "account.csv"
+#define SCENE_CONTACT "contact.csv"
 // rows x links x SCENE_LINK_COLUMNS: 1 while it holds or 0, how far it is open, and its two places
 #define SCENE_LINKS "links.npy"
 #define SCENE_LINK_COLUMNS 8

@@ -142,6 +142,8 @@ void scene_run_close(scene_run *run) {
     fclose(run->probes);
   if (run->account != NULL)
     fclose(run->account);
+  if (run->contact != NULL)
+    fclose(run->contact);
   if (run->links != NULL)
     fclose(run->links);
 

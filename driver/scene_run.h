@@ -104,6 +104,7 @@ typedef struct scene_run {
   bool has_detail;           /* a body has a level of detail */
   scene_looks *looks;        /* of each of the models; owned */
   FILE *account;             /* where bodies touch each other */
+  FILE *contact;             /* where something may touch */
   FILE *links;               /* where there are links */
   thrum_scene_account first; /* at the start */
   double began, seconds_read, seconds_find, seconds_output, seconds_total;
@@ -213,6 +214,14 @@ bool scene_run_has_account(const scene_run *run);
 thrum_status scene_run_open_account(scene_run *run, thrum_error *error);
 thrum_status scene_run_record_account(scene_run *run, int64_t step, double time,
                                       thrum_error *error);
+
+/* scene_run_contact.c: the force of each body and obstacle on each other one. */
+bool scene_run_has_contact(const scene_run *run);
+thrum_status scene_run_open_contact(scene_run *run, thrum_error *error);
+thrum_status scene_run_record_contact(scene_run *run, int64_t step, double time,
+                                      thrum_error *error);
+
+/* scene_run_account.c: what contact did, for scene.json. */
 cJSON *scene_run_collisions_json(const scene_run *run);
 
 /* Warns of the joint that was open the widest, beyond what links promise. */

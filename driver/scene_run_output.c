@@ -141,6 +141,7 @@ thrum_status scene_run_open(scene_run *run, thrum_error *error) {
   for (int32_t n = 0; n < run->spec.bodies.count; n++)
     THRUM_TRY(open_body(run, n, error));
   THRUM_TRY(scene_run_open_account(run, error));
+  THRUM_TRY(scene_run_open_contact(run, error));
   THRUM_TRY(scene_run_open_links(run, error));
   return open_probes(run, error);
 }
@@ -257,6 +258,8 @@ thrum_status scene_run_end(scene_run *run, thrum_error *error) {
     return run_folder_write_failed(&run->folder, SCENE_PROBES, error);
   if (!run_folder_close_file(&run->account))
     return run_folder_write_failed(&run->folder, SCENE_ACCOUNT, error);
+  if (!run_folder_close_file(&run->contact))
+    return run_folder_write_failed(&run->folder, SCENE_CONTACT, error);
   THRUM_TRY(scene_run_end_links(run, error));
   THRUM_TRY(driver_run_end(&run->run, error));
   THRUM_TRY(scene_run_judge(run, error));

@@ -322,8 +322,9 @@ void scene_run_table(const scene_run *run) {
 
   // the end names the files, of which some are there only where the scene asks for them
   printf("status       %s\n", scene_run_status(run));
-  printf("files        %s/" SCENE_JSON "%s%s%s, and a run in each of its folders\n",
+  printf("files        %s/" SCENE_JSON "%s%s%s%s, and a run in each of its folders\n",
          run->request->output, thrum_scene_probe_count(run->scene) > 0 ? ", " SCENE_PROBES : "",
          scene_run_has_account(run) ? ", " SCENE_ACCOUNT : "",
+         scene_run_has_contact(run) ? ", " SCENE_CONTACT : "",
          thrum_scene_link_count(run->scene) > 0 ? ", " SCENE_LINKS : "");
 }

@@ -405,6 +405,19 @@ THRUM_API thrum_contact_pairs_report thrum_scene_collisions(const thrum_scene *s
 THRUM_API thrum_status thrum_scene_collision(const thrum_scene *scene, int64_t index,
                                              thrum_pair_touch *touch, thrum_error *error);
 
+/* Numbers of obstacles in thrum_scene_contact_force begin here, and the number of all that a body
+ * may touch. */
+#define THRUM_SCENE_OBSTACLE 2097152
+#define THRUM_SCENE_ANYTHING (-1)
+
+/* The force of contact on a body, mean over the last step [N], into `force`: of another body by its
+ * number, of a solid by THRUM_SCENE_SOLID and its number, of an obstacle by THRUM_SCENE_OBSTACLE
+ * and its number, or of all together by THRUM_SCENE_ANYTHING. Impacts that are listed count by
+ * their impulse over the step. 0 of what did not touch. THRUM_INVALID_ARGUMENT for a number that
+ * the scene does not have; the scene must not step meanwhile. */
+THRUM_API thrum_status thrum_scene_contact_force(const thrum_scene *scene, int32_t body,
+                                                 int32_t from, double force[3], thrum_error *error);
+
 /* A body that lies inside an obstacle or another body. */
 typedef struct thrum_scene_overlap {
   int32_t body;     /* -1: none does */

@@ -26,6 +26,7 @@ _COLLISION_NUMBERS = ("thickness", "friction", "restitution", "tolerance")
 _COLLISION_COUNTS = ("touch_max", "sweeps_max")
 _VECTORS = {"position": 3, "rotation": 4, "colour": 3, "velocity": 3, "spin": 3}
 _SHAPES = {"plane": 0, "sphere": 1, "box": 2}
+_ANYTHING = -1  # THRUM_SCENE_ANYTHING
 _LINKS = {"spring": lib.THRUM_LINK_SPRING, "ball": lib.THRUM_LINK_BALL, "hinge": lib.THRUM_LINK_HINGE,
           "weld": lib.THRUM_LINK_WELD}
 _LINK_REPORT = ("drift", "largest_drift", "stored", "lost", "driven")
@@ -254,6 +255,16 @@ class Body:
     def touching(self) -> int:
         """Number of its touches in the last step."""
         return int(self._info().contact.touching)
+
+    def contact_force(self, other: Body | None = None, *, obstacle: int | None = None) -> Array:
+        """Force of contact on it, mean over the last step [N]: of everything, of another body, or of an obstacle by number."""
+        if other is not None and obstacle is not None:
+            raise TypeError("contact_force takes a body or an obstacle, not both")
+        source = _ANYTHING if other is None else other.number
+        force = ffi.new("double[3]")
+        self.scene._call(lib.thrum_scene_contact_force, self.number,
+                         source if obstacle is None else lib.THRUM_SCENE_OBSTACLE + obstacle, force)
+        return np.array(list(force))
 
     @property
     def energies(self) -> dict[str, float]:

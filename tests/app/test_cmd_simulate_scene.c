@@ -865,6 +865,44 @@ static void a_handle_follows_a_file_and_lets_go(void **state) {
   cJSON_Delete(object);
 }
 
+/* Two cubes fall on the ground, one on the other: what contact.csv says of each adds up to the
+ * weight above. */
+static void the_forces_of_contact_are_in_a_file(void **state) {
+  (void)state;
+  cJSON_Delete(simulate("{\"time\": 0.4, \"dt\": 0.002, \"damping\": 20,\n"
+                        " \"gravity\": [0, 0, -9.81], \"bodies\": [\n"
+                        " {\"name\": \"low\", \"order\": 1, \"model\": "
+                        "\"beam:2x2x2@0.1x0.1x0.1,split=6\", \"position\": [0, 0, 0.051],\n"
+                        "  \"material\": {\"young\": 1e7, \"density\": 1000}, \"free\": true},\n"
+                        " {\"name\": \"high\", \"order\": 1, \"model\": "
+                        "\"beam:2x2x2@0.1x0.1x0.1,split=6\", \"position\": [0, 0, 0.152],\n"
+                        "  \"material\": {\"young\": 1e7, \"density\": 1000}, \"free\": true}],\n"
+                        " \"obstacles\": [{\"shape\": \"plane\"}]}",
+                        "pressed", 0));
+  char *text = text_file_read(in_folder("pressed/contact.csv"));
+  assert_non_null(text);
+  assert_int_equal(strncmp(text, "step,time_s,body,on,fx_n,fy_n,fz_n\n", 35), 0);
+
+  // impulses over the whole run, of cubes of 1 kg that fell from rest and lie
+  const double weight = 9.81 * 0.4;
+  double ground = 0, above = 0, below = 0, step, time, f[3];
+  char who[2][40];
+  for (char *line = strchr(text, '\n') + 1; line != NULL && *line != '\0';) {
+    assert_int_equal(sscanf(line, "%lf,%lf,%39[^,],%39[^,],%lf,%lf,%lf", &step, &time, who[0],
+                            who[1], f, f + 1, f + 2),
+                     7);
+    double *of = strcmp(who[1], "obstacles[0]") == 0 ? &ground
+                 : strcmp(who[0], "high") == 0       ? &above
+                                                     : &below;
+    *of += 0.002 * f[2];
+    line = strchr(line, '\n');
+    line = line == NULL ? NULL : line + 1;
+  }
+  assert_true(fabs(ground / weight - 2) < 1e-3 && fabs(above / weight - 1) < 1e-3);
+  assert_true(fabs(above + below) < 1e-12 * weight);
+  free(text);
+}
+
 /* A heavy cube sinks through a soft one, and the run says so. */
 static void surfaces_that_cross_flag_the_run(void **state) {
   (void)state;
@@ -1405,6 +1443,7 @@ int main(void) {
       cmocka_unit_test(a_joint_that_stays_open_flags_the_run),
       cmocka_unit_test(a_joint_that_no_step_can_follow_stops_the_run),
       cmocka_unit_test(a_handle_follows_a_file_and_lets_go),
+      cmocka_unit_test(the_forces_of_contact_are_in_a_file),
       cmocka_unit_test(surfaces_that_cross_flag_the_run),
       cmocka_unit_test(a_body_that_passes_another_within_a_step_flags_the_run),
       cmocka_unit_test(a_sphere_that_goes_through_a_body_flags_the_run),

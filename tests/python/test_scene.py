@@ -148,6 +148,14 @@ class Scenes(unittest.TestCase):
             touches = scene.touches
         self.assertEqual({touches[0].bodies[0].name, touches[0].bodies[1].name}, {"low", "high"})
         self.assertGreater(touches[0].force[2] * touches[0].normal[2], 0.0)
+
+        # what one feels of the other is what all places together do, and the opposite of what the other feels
+        felt = high.contact_force(low)
+        places = sum((1 if touch.bodies[0] is high else -1) * (touch.force + touch.impulse / 0.002) for touch in touches)
+        np.testing.assert_allclose(felt, places, rtol=1e-12, atol=1e-12 * abs(felt).max())
+        np.testing.assert_array_equal(felt, -low.contact_force())
+        with self.assertRaises(TypeError):
+            high.contact_force(low, obstacle=0)
         scene.step(100)
         after = scene.account
         self.assertGreater(low.vertex(0)[1][2] * -1, 0.0)

@@ -230,10 +230,98 @@ static void a_ball_rests_in_its_equilibrium(void **context) {
   }
 }
 
+/* Adds a ball of the fixture at a height, so stiff that it bounces as a whole. */
+static void add_stiff(thrum_scene *scene, const fixture *f, double height) {
+  thrum_scene_body_def def = thrum_default_scene_body_def();
+  def.model = &f->made.model;
+  def.triangles = f->triangles;
+  def.triangle_count = f->triangle_count;
+  def.touch = f->touch;
+  def.touch_count = f->made.model.vertex_count;
+  def.free = 1;
+  def.position[2] = height;
+  def.stiffness = factor_of(f, 1e-4);
+  def.state.damping_alpha = 60;
+  MUST(thrum_scene_add_body(scene, &def, NULL, &failure));
+}
+
+/* Newton's laws of what is said of contact: over any time the forces on a body add up to the change
+ * of its momentum less that by its weight, impacts included, and what two do to each other is
+ * opposite. Two balls fall, bounce and lie, one on the other. */
+static void forces_of_contact_are_the_change_of_momentum(void **context) {
+  const fixture *f = *context;
+  for (int on = PLANE; on <= SOLID; on++) {
+    thrum_scene *scene = NULL;
+    const double gravity[3] = {0, 0, -GRAVITY}, dt = 0.004;
+    MUST(thrum_scene_make(dt, &scene, &failure));
+    MUST(thrum_scene_set_gravity(scene, gravity, &failure));
+    add_ground(scene, (ground)on);
+    add_stiff(scene, f, RADIUS + 0.05);
+    add_stiff(scene, f, 3 * RADIUS + 0.1);
+    const int32_t from = on == PLANE ? THRUM_SCENE_OBSTACLE : THRUM_SCENE_SOLID;
+
+    double sum[3] = {0}, between = 0;
+    const int steps = LENGTH_OF_RUN(500, 100);
+    int64_t impacts = 0;
+    for (int n = 0; n < steps; n++) {
+      double all[2][3], down[3], other[2][3];
+      MUST(thrum_scene_step(scene, &failure));
+      for (int32_t ball = 0; ball < 2; ball++) {
+        MUST(thrum_scene_contact_force(scene, ball, THRUM_SCENE_ANYTHING, all[ball], &failure));
+        MUST(thrum_scene_contact_force(scene, ball, 1 - ball, other[ball], &failure));
+      }
+      MUST(thrum_scene_contact_force(scene, 0, from, down, &failure));
+
+      // what one does to the other is opposite, and all is the sum of its parts
+      for (int axis = 0; axis < 3; axis++) {
+        assert_true(other[0][axis] == -other[1][axis] && all[1][axis] == other[1][axis]);
+        assert_close(all[0][axis], other[0][axis] + down[axis], 1e-12);
+        sum[axis] += dt * (all[0][axis] + all[1][axis]);
+      }
+      between = fmax(between, other[1][2]);
+    }
+
+    // both together
+    thrum_scene_account account;
+    thrum_scene_body_info info;
+    MUST(thrum_scene_account_get(scene, &account, &failure));
+    MUST(thrum_scene_body(scene, 0, &info, &failure));
+    impacts = info.contact.impacts + thrum_scene_collisions(scene).impacts;
+    const double weight = 2 * info.mass * GRAVITY * dt * steps;
+    assert_true(impacts > 0 && between > 0);
+    assert_true(fabs(account.momentum[0] - sum[0]) < 1e-10 * weight);
+    assert_true(fabs(account.momentum[1] - sum[1]) < 1e-10 * weight);
+    assert_true(fabs(account.momentum[2] - sum[2] + weight) < 1e-10 * weight);
+    thrum_scene_free(scene);
+  }
+}
+
+static void a_force_of_nothing_in_the_scene_is_refused(void **context) {
+  const fixture *f = *context;
+  thrum_scene *scene = NULL;
+  double force[3] = {1, 2, 3};
+  static const int32_t wrong[] = {1, -2, THRUM_SCENE_SOLID, THRUM_SCENE_OBSTACLE + 1};
+  MUST(thrum_scene_make(0.002, &scene, &failure));
+  add_ground(scene, PLANE);
+  add_stiff(scene, f, 2);
+  for (int n = 0; n < 4; n++)
+    assert_int_equal(thrum_scene_contact_force(scene, 0, wrong[n], force, &failure),
+                     THRUM_INVALID_ARGUMENT);
+  assert_true(thrum_scene_contact_force(scene, 1, THRUM_SCENE_ANYTHING, force, &failure) < 0);
+  assert_true(force[0] == 1 && force[1] == 2 && force[2] == 3);
+
+  // nothing touches before the first step
+  MUST(thrum_scene_contact_force(scene, 0, THRUM_SCENE_ANYTHING, force, &failure));
+  assert_true(force[0] == 0 && force[1] == 0 && force[2] == 0);
+  thrum_scene_free(scene);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_soft_ball_rests_at_the_same_height_at_any_step),
       cmocka_unit_test(a_ball_rests_in_its_equilibrium),
+      cmocka_unit_test(forces_of_contact_are_the_change_of_momentum),
+      cmocka_unit_test(a_force_of_nothing_in_the_scene_is_refused),
   };
   return cmocka_run_group_tests(tests, setup, teardown);
 }
