@@ -5,11 +5,6 @@
 
 #include "validation/tradeoff/tradeoff_private.h"
 
-int64_t tradeoff_recipes(const tradeoff_problem *problem, tradeoff_recipe *recipes) {
-  memcpy(recipes, problem->recipes, (size_t)problem->recipe_count * sizeof *recipes);
-  return problem->recipe_count + tradeoff_search_recipes(problem, recipes + problem->recipe_count);
-}
-
 /* Appends one basis of a part with its runs. */
 static thrum_status append(tradeoff_solution *s, const tradeoff_result *part, int64_t b,
                            thrum_error *error) {

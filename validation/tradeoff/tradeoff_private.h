@@ -120,6 +120,15 @@ tradeoff_errors tradeoff_against(int64_t rank, const tradeoff_samples *samples,
 /* The share of the reference's displacement that lies outside the basis. */
 double tradeoff_outside(const tradeoff_view *view, int64_t rank);
 
+/* of the kinetic energy of the tight run, for a mode to be in the load's band */
+thrum_state_def tradeoff_def(const tradeoff_problem *problem, experiment_scheme scheme, double dt,
+                             double tolerance);
+
+/* All recipes; those that the mesh is too small for are left out. */
+thrum_status tradeoff_spaces_make(tradeoff_solution *s, thrum_error *error);
+/* The linear modes of the bases alone, the other coordinates following. */
+thrum_status tradeoff_spaces_condense(tradeoff_solution *s, thrum_error *error);
+
 /* Tight runs of the bases from `first` on, then all settings of them. */
 thrum_status tradeoff_try(tradeoff_solution *s, int64_t first, thrum_error *error);
 

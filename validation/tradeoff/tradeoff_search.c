@@ -2,6 +2,7 @@
  * untrained ones while they come near, until one does what is wanted.
  * SPDX-License-Identifier: Apache-2.0 */
 #include <math.h>
+#include <string.h>
 
 #include "precompute/estimate.h"
 #include "precompute/polynomial/cubature.h"
@@ -77,6 +78,11 @@ int64_t tradeoff_search_recipes(const tradeoff_problem *problem, tradeoff_recipe
       count += forms_of(problem, &higher, recipes + count);
   }
   return count;
+}
+
+int64_t tradeoff_recipes(const tradeoff_problem *problem, tradeoff_recipe *recipes) {
+  memcpy(recipes, problem->recipes, (size_t)problem->recipe_count * sizeof *recipes);
+  return problem->recipe_count + tradeoff_search_recipes(problem, recipes + problem->recipe_count);
 }
 
 /* Processor time of a step by a polynomial, from the dearest run of the highest rank that is known;
