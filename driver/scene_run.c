@@ -2,6 +2,17 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "driver/scene_run.h"
 
+#include "driver/scene_run_account.h"
+#include "driver/scene_run_build.h"
+#include "driver/scene_run_couple.h"
+#include "driver/scene_run_crossed.h"
+#include "driver/scene_run_idle.h"
+#include "driver/scene_run_judge.h"
+#include "driver/scene_run_link.h"
+#include "driver/scene_run_output.h"
+#include "driver/scene_run_report.h"
+#include "driver/scene_run_stepper.h"
+
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -94,6 +105,7 @@ static thrum_status run_scene(scene_run *scene, thrum_error *error) {
   THRUM_TRY(scene_run_read(scene, error));
   THRUM_TRY(run_folder_check(request->output, RUN_OF_SCENE, error));
   THRUM_TRY(scene_run_build(scene, error));
+  run->stepper = scene_run_stepper(scene);
   scene_run_warn_of_idle(scene);
 
   // from here on there is something to clean up
@@ -113,28 +125,6 @@ static thrum_status run_scene(scene_run *scene, thrum_error *error) {
   scene_run_warn_of_turns(scene);
   scene_run_warn_of_joints(scene);
   return THRUM_OK;
-}
-
-void scene_run_unmake(scene_run *run) {
-  for (int64_t n = 0; run->bodies != NULL && n < run->spec.bodies.count; n++) {
-    free(run->bodies[n].request.loads);
-    free(run->bodies[n].request.starts);
-    free(run->bodies[n].start);
-    free(run->bodies[n].touched);
-    free(run->bodies[n].material);
-    free(run->bodies[n].vertices);
-    free(run->bodies[n].sphere_at);
-    free(run->bodies[n].surface);
-    condensed_check_close(&run->bodies[n].check);
-  }
-
-  driver_run_close(&run->run);
-  thrum_scene_free(run->scene);
-  thrum_thread_team_free(run->team);
-  for (int64_t n = 0; n < run->base_motion_count; n++)
-    base_motion_close(&run->base_motions[n]);
-  free(run->base_motions);
-  free(run->bodies);
 }
 
 void scene_run_close(scene_run *run) {

@@ -1,6 +1,8 @@
 /* The account of a scene whose bodies touch or are linked to each other: energy and momentum of all
  * of them, row by row in account.csv, and what contact did in scene.json. SPDX-License-Identifier:
  * Apache-2.0 */
+#include "driver/scene_run_account.h"
+
 #include <errno.h>
 #include <inttypes.h>
 #include <math.h>
@@ -8,7 +10,9 @@
 
 #include "config/message.h"
 #include "driver/run_entries.h"
-#include "driver/scene_run.h"
+#include "driver/scene_run_crossed.h"
+#include "driver/scene_run_link.h"
+#include "driver/scene_run_world.h"
 #include "io/json.h"
 
 bool scene_run_has_account(const scene_run *run) {
@@ -91,6 +95,17 @@ static void add_account(cJSON *object, const char *name, const thrum_scene_accou
   json_number(made, "total_j", account->total);
   json_numbers(made, "momentum_kg_m_s", account->momentum, 3);
   json_numbers(made, "angular_momentum_kg_m2_s", account->angular_momentum, 3);
+}
+
+void scene_run_add_touches(cJSON *object, const thrum_contact_report *of) {
+  json_number(object, "touching", of->touching);
+  json_number(object, "impacts", (double)of->impacts);
+  json_number(object, "normal_n", of->normal);
+  json_number(object, "depth_m", of->depth);
+  json_number(object, "stored_j", of->stored);
+  json_number(object, "lost_j", of->lost);
+  json_number(object, "driven_j", of->driven);
+  json_number(object, "granted_j", of->granted);
 }
 
 cJSON *scene_run_collisions_json(const scene_run *run) {

@@ -1,12 +1,19 @@
 /* A scene file as a scene: its models loaded, its texts understood, its bodies placed.
  * SPDX-License-Identifier: Apache-2.0 */
+#include "driver/scene_run_build.h"
+
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "config/message.h"
-#include "driver/scene_run.h"
+#include "driver/scene_run_couple.h"
+#include "driver/scene_run_crossed.h"
+#include "driver/scene_run_detail.h"
+#include "driver/scene_run_link.h"
+#include "driver/scene_run_refuse.h"
+#include "driver/scene_run_world.h"
 #include "driver/scene_words.h"
 #include "driver/shared_options.h"
 #include "driver/spin_warning.h"
@@ -382,7 +389,6 @@ thrum_status scene_run_make(scene_run *run, thrum_error *error) {
   THRUM_TRY(thrum_scene_make(run->dt, &run->scene, error));
 
   // what acts on all bodies comes before the bodies
-  run->run.stepper = scene_run_stepper(run);
   THRUM_TRY(scene_run_base_motions(run, error));
   const thrum_status status = thrum_scene_set_gravity(run->scene, spec->gravity, &detail);
   THRUM_TRY(scene_run_pass(run, &spec->settings.at, "gravity", status, &detail));
@@ -416,4 +422,26 @@ thrum_status scene_run_build(scene_run *run, thrum_error *error) {
   for (int32_t n = 0; n < spec->bodies.count; n++)
     THRUM_TRY(open_check(run, n, error));
   return THRUM_OK;
+}
+
+void scene_run_unmake(scene_run *run) {
+  for (int64_t n = 0; run->bodies != NULL && n < run->spec.bodies.count; n++) {
+    free(run->bodies[n].request.loads);
+    free(run->bodies[n].request.starts);
+    free(run->bodies[n].start);
+    free(run->bodies[n].touched);
+    free(run->bodies[n].material);
+    free(run->bodies[n].vertices);
+    free(run->bodies[n].sphere_at);
+    free(run->bodies[n].surface);
+    condensed_check_close(&run->bodies[n].check);
+  }
+
+  driver_run_close(&run->run);
+  thrum_scene_free(run->scene);
+  thrum_thread_team_free(run->team);
+  for (int64_t n = 0; n < run->base_motion_count; n++)
+    base_motion_close(&run->base_motions[n]);
+  free(run->base_motions);
+  free(run->bodies);
 }

@@ -1,11 +1,14 @@
 /* The forces of contact, row by row in contact.csv: what each body felt of each obstacle and body
  * that it touched in the last step. SPDX-License-Identifier: Apache-2.0 */
+#include "driver/scene_run_contact.h"
+
 #include <errno.h>
 #include <inttypes.h>
 #include <string.h>
 
 #include "driver/run_entries.h"
-#include "driver/scene_run.h"
+#include "driver/scene_run_solid.h"
+#include "driver/scene_run_world.h"
 
 bool scene_run_has_contact(const scene_run *run) {
   return scene_run_touches(run) || run->spec.obstacles.count > 0;

@@ -6,12 +6,13 @@
  * 0.03 and 0.1, at rest and bent by 2 cm, were 0.5, 4.7 and 14 % of their motion away from the same
  * without coupling within 4 s at most. A coupled step takes some 8 times as long. See
  * docs/mathematics/20_floating_frame.md. SPDX-License-Identifier: Apache-2.0 */
+#include "driver/scene_run_couple.h"
+
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
 
 #include "config/message.h"
-#include "driver/scene_run.h"
 #include "runtime/material/material_law.h"
 
 #define TURNS 0.02     /* w/w1 at the start from which a body is coupled */

@@ -1,12 +1,15 @@
 /* Do bodies of a scene pass through each other or through obstacles? The status surfaces_crossed
  * and the warnings that say who and how deep (docs/contact.md). SPDX-License-Identifier: Apache-2.0
  */
+#include "driver/scene_run_crossed.h"
+
 #include <inttypes.h>
 #include <math.h>
 #include <string.h>
 
 #include "config/message.h"
-#include "driver/scene_run.h"
+#include "driver/scene_run_sphere.h"
+#include "driver/scene_run_world.h"
 
 #define OBSTACLE_DEPTH 0.25 /* of a body's diagonal: a vertex so deep has crossed an obstacle */
 #define NAMES_MAX 4         /* bodies that a warning names */

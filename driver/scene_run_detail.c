@@ -3,6 +3,8 @@
  * "error" and "budget" are answered by trial runs of the body alone (scene_run_trial.c). Bodies
  * that are the same share them, and what they found is kept in the folder of cached models, so that
  * the next run of the scene makes none. SPDX-License-Identifier: Apache-2.0 */
+#include "driver/scene_run_detail.h"
+
 #include <inttypes.h>
 #include <math.h>
 #include <stdio.h>
@@ -13,7 +15,9 @@
 #include "config/progress.h"
 #include "driver/cache_trim.h"
 #include "driver/named_model.h"
-#include "driver/scene_run.h"
+#include "driver/scene_run_refuse.h"
+#include "driver/scene_run_trial.h"
+#include "driver/scene_run_world.h"
 #include "driver/step_cost.h"
 #include "io/file.h"
 #include "io/file_hash.h"

@@ -2,13 +2,14 @@
  * model as it is in its file: loads, obstacles, other bodies, links and wind. They tell what a
  * basis lacks (scene_run_judge.c); where the library does not list a force by vertices, it is put
  * on those that are nearest. SPDX-License-Identifier: Apache-2.0 */
+#include "driver/scene_run_forces.h"
+
 #include <cblas.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "driver/run_placement.h"
-#include "driver/scene_run.h"
 #include "platform/allocate.h"
 
 #define TOUCHING 1e-3 /* of a body's diagonal: vertices so near an obstacle touch it */

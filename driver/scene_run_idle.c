@@ -1,6 +1,8 @@
 /* What a scene says and what has no effect in it: loads that move nothing or come too late, motions
  * of a base that nothing is held by, and keys that others make void.
  * SPDX-License-Identifier: Apache-2.0 */
+#include "driver/scene_run_idle.h"
+
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -8,7 +10,7 @@
 
 #include "config/message.h"
 #include "driver/coarse_step.h"
-#include "driver/scene_run.h"
+#include "driver/scene_run_world.h"
 #include "driver/scene_words.h"
 
 /* Warns under the line of a key, where the record has it. */

@@ -9,6 +9,8 @@
  * basis any more.
  *
  * SPDX-License-Identifier: Apache-2.0 */
+#include "driver/scene_run_judge.h"
+
 #include <cblas.h>
 #include <math.h>
 #include <stdlib.h>
@@ -16,7 +18,11 @@
 
 #include "driver/basis_rerun.h"
 #include "driver/run_placement.h"
-#include "driver/scene_run.h"
+#include "driver/scene_run_build.h"
+#include "driver/scene_run_crossed.h"
+#include "driver/scene_run_forces.h"
+#include "driver/scene_run_link.h"
+#include "driver/scene_run_world.h"
 #include "platform/allocate.h"
 #include "platform/clock.h"
 

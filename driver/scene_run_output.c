@@ -1,12 +1,18 @@
 /* The files of a scene's run: for each body those of a run of it alone, and the probes.
  * SPDX-License-Identifier: Apache-2.0 */
+#include "driver/scene_run_output.h"
+
 #include <errno.h>
 #include <inttypes.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "driver/run_placement.h"
-#include "driver/scene_run.h"
+#include "driver/scene_run_account.h"
+#include "driver/scene_run_contact.h"
+#include "driver/scene_run_judge.h"
+#include "driver/scene_run_link.h"
+#include "driver/scene_run_world.h"
 #include "driver/simulate_report.h"
 #include "io/json.h"
 #include "platform/stop_request.h"
@@ -192,17 +198,6 @@ static cJSON *placement_json(const scene_run *run, const scene_body_run *body) {
   cJSON_AddBoolToObject(object, "coupled_by_default", body->coupled_by_default);
   cJSON_AddBoolToObject(object, "self_contact", spec->self_contact);
   return object;
-}
-
-void scene_run_add_touches(cJSON *object, const thrum_contact_report *of) {
-  json_number(object, "touching", of->touching);
-  json_number(object, "impacts", (double)of->impacts);
-  json_number(object, "normal_n", of->normal);
-  json_number(object, "depth_m", of->depth);
-  json_number(object, "stored_j", of->stored);
-  json_number(object, "lost_j", of->lost);
-  json_number(object, "driven_j", of->driven);
-  json_number(object, "granted_j", of->granted);
 }
 
 /* Forces and energies of the contact of a body; null where nothing can touch it. */

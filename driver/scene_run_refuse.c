@@ -1,5 +1,5 @@
 /* Refusals of a scene file by the line of what is refused. SPDX-License-Identifier: Apache-2.0 */
-#include "driver/scene_run.h"
+#include "driver/scene_run_refuse.h"
 
 thrum_status scene_run_no_memory(thrum_error *error) {
   return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the scene");

@@ -1,10 +1,16 @@
 /* The report of a scene's run: a table for people, one JSON object for programs and scene.json.
  * SPDX-License-Identifier: Apache-2.0 */
+#include "driver/scene_run_report.h"
+
 #include <inttypes.h>
 #include <math.h>
 
 #include "driver/locking.h"
-#include "driver/scene_run.h"
+#include "driver/scene_run_account.h"
+#include "driver/scene_run_contact.h"
+#include "driver/scene_run_couple.h"
+#include "driver/scene_run_link.h"
+#include "driver/scene_run_world.h"
 #include "driver/simulate_report.h"
 #include "driver/step_cost.h"
 #include "io/json.h"

@@ -1,11 +1,13 @@
 /* Obstacles of a scene file that are touched by their faces: their surfaces, places and paths.
  * SPDX-License-Identifier: Apache-2.0 */
+#include "driver/scene_run_solid.h"
+
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "core/base/vec3.h"
-#include "driver/scene_run.h"
+#include "driver/scene_run_refuse.h"
 #include "mesh/formats/surface_read.h"
 #include "platform/allocate.h"
 

@@ -5,12 +5,13 @@
  * and triangles where it is near and has moved by half of its radius against the body.
  *
  * SPDX-License-Identifier: Apache-2.0 */
+#include "driver/scene_run_sphere.h"
+
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "driver/run_placement.h"
-#include "driver/scene_run.h"
 #include "platform/allocate.h"
 
 #define MOVED 0.5 /* of the radius: a sphere that has moved less is not looked at */

@@ -1,9 +1,17 @@
 /* The stepper of a scene: all bodies of a scene file in the world.
  * SPDX-License-Identifier: Apache-2.0 */
+#include "driver/scene_run_stepper.h"
+
 #include <math.h>
 
 #include "driver/run_placement.h"
-#include "driver/scene_run.h"
+#include "driver/scene_run_account.h"
+#include "driver/scene_run_contact.h"
+#include "driver/scene_run_couple.h"
+#include "driver/scene_run_crossed.h"
+#include "driver/scene_run_judge.h"
+#include "driver/scene_run_link.h"
+#include "driver/scene_run_output.h"
 
 #define STEPS_BETWEEN_LOOKS 1024
 #define STEPS_BETWEEN_DETAIL 8

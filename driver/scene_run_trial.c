@@ -1,11 +1,13 @@
 /* Trial runs for the keys "error" and "budget": one body of the scene file in a scene of its own,
  * with all coordinates and then condensed (design 16), over the first seconds.
  * SPDX-License-Identifier: Apache-2.0 */
+#include "driver/scene_run_trial.h"
+
 #include <inttypes.h>
 #include <math.h>
 #include <stdlib.h>
 
-#include "driver/scene_run.h"
+#include "driver/scene_run_world.h"
 #include "io/file_hash.h"
 #include "platform/allocate.h"
 #include "precompute/build_info.h"

@@ -1,9 +1,12 @@
 /* The parts of a scene file that all bodies share: base motions, wind, obstacles and probes.
  * SPDX-License-Identifier: Apache-2.0 */
+#include "driver/scene_run_world.h"
+
 #include <stdio.h>
 #include <stdlib.h>
 
-#include "driver/scene_run.h"
+#include "driver/scene_run_refuse.h"
+#include "driver/scene_run_solid.h"
 
 // room for touches between bodies, for each of the first ones and of those beyond, of which
 // scenes of many bodies have fewer each; a touch takes 1.3 kB at rank 4 and 4 kB at rank 60

@@ -13,6 +13,7 @@
 #include "driver/locking.h"
 #include "driver/named_model.h"
 #include "driver/scene_run.h"
+#include "driver/scene_run_build.h"
 #include "io/paths.h"
 #include "platform/allocate.h"
 #include "thrum/thrum.h"

@@ -11,6 +11,7 @@
 #include "config/message.h"
 #include "driver/run_folder.h"
 #include "driver/scene_read.h"
+#include "driver/scene_run_world.h"
 #include "io/json.h"
 #include "platform/allocate.h"
 

@@ -13,6 +13,7 @@
 #include <cmocka.h>
 
 #include "driver/scene_run.h"
+#include "driver/scene_run_build.h"
 #include "io/file.h"
 #include "tests/support/scene_call.h"
 #include "tests/support/test_folder.h"
