@@ -56,23 +56,7 @@
 #define JACOBIAN_STEPS_POINTS 32 /* of cubature points, whose tangent takes twenty forces */
 #define JUMP_MOST 1e-4           /* work of a load jump on a carried correction, over |p|^2 */
 #define STEP_FADE 0.99           /* of the largest increment lately, from step to step */
-#define CONTRACTION_FADE 0.25    /* of a smaller contraction that enters the remembered one */
-
-bool thrum_momentum_take(const thrum_solver *s, double energy_error, double most,
-                         const double *from, double *to) {
-  const double square = thrum_sum_of(s->n, from, from, NULL);
-  const double share = 2.0 * energy_error / square;
-  const bool taken = fabs(share) < most || energy_error == 0.0;
-
-  // the factor less 1, so that a long run is not rounded one way; mostly two terms of it are exact
-  double more = 0.0;
-  if (taken && energy_error != 0.0)
-    more = fabs(share) < 1e-8 ? 0.5 * share - 0.125 * share * share
-                              : share / (1.0 + sqrt(1.0 + share));
-  for (int32_t i = 0; i < s->n; i++)
-    to[i] = from[i] + more * from[i];
-  return taken;
-}
+#define CONTRACTION_FADE 0.25
 
 /* How many of the first modes are stepped at their own frequency. */
 static int32_t matched_modes(const thrum_model *model, const thrum_state *state) {

@@ -1,10 +1,11 @@
 /* Says what is wrong with what is around a body (thrum/contact.h).
  * SPDX-License-Identifier: Apache-2.0 */
+#include "runtime/contact/contact_check.h"
+
 #include <math.h>
 #include <stdbool.h>
 
 #include "core/base/finite.h"
-#include "runtime/contact/contact_private.h"
 
 /* Whether a give has entries of a size that stays finite, is symmetric and answers no force against
  * itself: no eigenvalue is negative beyond rounding, as no principal minor is. */

@@ -9,11 +9,13 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "core/base/fp_contract.h"
 
+#include "runtime/contact/contact_energy.h"
+
 #include <math.h>
 #include <string.h>
 
 #include "runtime/contact/contact_point.h"
-#include "runtime/contact/contact_private.h"
+#include "runtime/contact/contact_pull.h"
 #include "runtime/contact/contact_row.h"
 
 /* Fills work, rubbed, driven and the gap of a row. */

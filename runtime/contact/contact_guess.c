@@ -9,10 +9,11 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "core/base/fp_contract.h"
 
+#include "runtime/contact/contact_guess.h"
+
 #include <math.h>
 #include <string.h>
 
-#include "runtime/contact/contact_guess.h"
 #include "runtime/contact/contact_law.h"
 #include "runtime/contact/contact_point.h"
 

@@ -22,15 +22,15 @@ typedef struct thrum_impact_cursor {
   int64_t body, row;
 } thrum_impact_cursor;
 
-/* contact_impact.c: the next row; false where there is none. */
+/* contact_impact_places.c: the next row; false where there is none. */
 bool thrum_impact_next(const thrum_impact_rows *rows, thrum_impact_cursor *at,
                        thrum_impact_place *found);
 
-/* contact_impact.c: velocity of the first place against the second, by the motion of the bodies as
- * a whole and the impulses so far. */
+/* contact_impact_places.c: velocity of the first place against the second, by the motion of the
+ * bodies as a whole and the impulses so far. */
 void thrum_impact_velocity(const thrum_impact_place *at, double out[3]);
 
-/* contact_impact.c: adds an impulse on the first place, and against the second. */
+/* contact_impact_places.c: adds an impulse on the first place, and against the second. */
 void thrum_impact_push(const thrum_impact_place *at, const double impulse[3]);
 
 /* contact_impact_newton.c: solves for the impulses of all rows of an impact at once, from those

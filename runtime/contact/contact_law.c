@@ -19,9 +19,10 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "core/base/fp_contract.h"
 
+#include "runtime/contact/contact_law.h"
+
 #include <math.h>
 
-#include "runtime/contact/contact_law.h"
 #include "runtime/contact/contact_private.h"
 
 #define ROUNDING 1e-9 /* of a force, within which a bound of it counts as reached */

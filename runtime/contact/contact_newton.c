@@ -7,10 +7,10 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "core/base/fp_contract.h"
 
+#include "runtime/contact/contact_newton.h"
+
 #include <math.h>
 #include <string.h>
-
-#include "runtime/contact/contact_newton.h"
 
 #if (defined(__x86_64__) || defined(__i386__)) && defined(__GNUC__)
 #define WIDE

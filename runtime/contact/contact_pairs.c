@@ -147,6 +147,18 @@ int thrum_pair_compare(const thrum_pair_key *a, const thrum_pair_key *b) {
   return (a->second > b->second) - (a->second < b->second);
 }
 
+int64_t thrum_pairs_find_before(const thrum_pairs_run *run, const thrum_pair_key *key) {
+  int64_t from = 0, to = run->history->before_count;
+  while (from < to) {
+    const int64_t middle = from + (to - from) / 2;
+    if (thrum_pair_compare(&run->view.before[middle].key, key) < 0)
+      from = middle + 1;
+    else
+      to = middle;
+  }
+  return from;
+}
+
 double thrum_pairs_thickness(const thrum_contact_pairs *pairs, const thrum_skin *a,
                              const thrum_skin *b) {
   return pairs->thickness > 0.0 ? pairs->thickness : THICKNESS * fmin(a->diagonal, b->diagonal);

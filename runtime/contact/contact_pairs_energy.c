@@ -3,6 +3,8 @@
  * what else the bodies gave up counts as lost. SPDX-License-Identifier: Apache-2.0 */
 #include "core/base/fp_contract.h"
 
+#include "runtime/contact/contact_pairs_energy.h"
+
 #include <math.h>
 #include <string.h>
 

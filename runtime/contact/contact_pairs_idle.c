@@ -13,9 +13,12 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "core/base/fp_contract.h"
 
+#include "runtime/contact/contact_pairs_idle.h"
+
 #include <string.h>
 
 #include "runtime/contact/contact_pairs_private.h"
+#include "runtime/contact/contact_pairs_search.h"
 #include "runtime/contact/contact_point.h"
 
 /* How many of the four vertices are on the first side. */

@@ -15,12 +15,13 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "core/base/fp_contract.h"
 
+#include "runtime/contact/contact_pairs_link.h"
+
 #include <math.h>
 #include <string.h>
 
 #include "core/linear_algebra/dense.h"
 #include "core/state/state_layout.h"
-#include "runtime/contact/contact_pairs_private.h"
 #include "runtime/contact/contact_point.h"
 
 #define REDUNDANT 1e-12 /* of a condition's own response: those that repeat stay solvable */

@@ -17,11 +17,12 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "core/base/fp_contract.h"
 
+#include "runtime/contact/contact_pairs_list.h"
+
 #include <math.h>
 #include <string.h>
 
 #include "core/base/two_lanes.h"
-#include "runtime/contact/contact_pairs_private.h"
 #include "runtime/contact/contact_point.h"
 
 #define SURE 0.99    /* of the slack: the rest is for rounding */

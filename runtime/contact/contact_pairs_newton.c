@@ -25,13 +25,14 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "core/base/fp_contract.h"
 
+#include "runtime/contact/contact_pairs_newton.h"
+
 #include <math.h>
 #include <string.h>
 
 #include "core/base/two_lanes.h"
 #include "runtime/contact/contact_law.h"
 #include "runtime/contact/contact_newton.h"
-#include "runtime/contact/contact_pairs_private.h"
 #include "runtime/contact/contact_point.h"
 
 #define SOFTNESS 0.3      /* of a row's response: the compliance about its force */

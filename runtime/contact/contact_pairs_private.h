@@ -301,21 +301,6 @@ static inline bool thrum_pairs_is_own(const thrum_pair_row *row) {
   return row->members[0] == row->members[1];
 }
 
-/* contact_pairs_solid.c: the run of a solid as it moves in the step; no force moves it. */
-void thrum_pairs_open_solid(thrum_pairs_run *run, int64_t member, double dt);
-
-/* contact_pairs_solid.c: as thrum_contact_member_bound. */
-thrum_skin_bound thrum_pairs_solid_bound(const thrum_contact_member *member);
-
-/* contact_pairs.c: pointers into the block. */
-thrum_pairs_view thrum_pairs_view_of(const thrum_contact_pairs *pairs);
-
-/* contact_pairs.c: the report of a history. */
-thrum_contact_pairs_report thrum_pairs_report_of(const thrum_pairs_history *history);
-
-/* contact_pairs.c: are both of one def? */
-bool thrum_pairs_is_same_def(const thrum_contact_pairs *a, const thrum_contact_pairs *b);
-
 /* Impact n of the last step: they lie behind its touches, which begin at the other end, as far as
  * these leave room. */
 static inline thrum_pair_touching *thrum_pairs_impact_at(const thrum_contact_pairs *pairs,
@@ -323,139 +308,30 @@ static inline thrum_pair_touching *thrum_pairs_impact_at(const thrum_contact_pai
   return view->touches + (pairs->touch_max - 1 - n);
 }
 
-/* contact_pairs.c: order of two keys: below 0, 0, above 0. */
-int thrum_pair_compare(const thrum_pair_key *a, const thrum_pair_key *b);
-
-/* contact_pairs_sort.c: fills order (count) with the places of `count` items of `size` bytes that
- * begin with a key, ascending; room (2 x count) is overwritten. */
-void thrum_pairs_sort(const void *items, size_t size, int64_t count, int32_t *order,
-                      thrum_pair_sorted *room);
-
-/* contact_pairs.c: the thickness between two bodies [m]. */
-double thrum_pairs_thickness(const thrum_contact_pairs *pairs, const thrum_skin *a,
-                             const thrum_skin *b);
-
-/* contact_pairs_search.c: finds all candidates of the step, pruned and in the order of their keys.
- */
-void thrum_pairs_search(thrum_pairs_run *run);
-
-/* contact_pairs_search.c: position and displacement of a vertex of a member, and the part of the
- * latter that leads to the start of its way after an impact (thrum_point_shift). */
-const double *thrum_pairs_find_place(thrum_pairs_run *run, int64_t member, int64_t vertex);
-
-/* The same, once in a search. */
-static inline const double *thrum_pairs_place(thrum_pairs_run *run, int64_t member,
-                                              int64_t vertex) {
-  const int64_t index = run->view.first_vertex[member] + vertex;
-  return run->view.place_known[index] ? run->view.places + 9 * index
-                                      : thrum_pairs_find_place(run, member, vertex);
-}
-
-/* contact_pairs_list.c: how far any vertex of a member moves in the step that is searched, at most
- * [m]. */
-double thrum_pairs_way_bound(const thrum_pairs_run *run, int64_t member);
-
-/* contact_pairs_list.c: the list of two members that holds in this step, where places move by at
- * most `way` against each other and `slack` is the difference of the reaches [m]; NULL: none. */
-thrum_pair_list *thrum_pairs_list_find(const thrum_pairs_run *run, int64_t a, int64_t b,
-                                       double thickness, double way, double slack);
-
-/* contact_pairs_list.c: a list to be made of two members as they are now; `full`: there was no room
- * for one, and others have to go. NULL: there is no room. */
-thrum_pair_list *thrum_pairs_list_open(const thrum_pairs_run *run, int64_t a, int64_t b,
-                                       double thickness, bool full);
-
-/* contact_pairs_list.c: an entry more, false where there is no room; the list is made. */
-bool thrum_pairs_list_add(const thrum_pairs_run *run, thrum_pair_list *list, int32_t kind,
-                          int32_t first, int32_t second);
-void thrum_pairs_list_close(const thrum_pairs_run *run, thrum_pair_list *list);
-
-/* contact_pairs_rows.c: makes rows of the candidates that have none and need not wait; returns how
- * many. */
-int64_t thrum_pairs_add_rows(thrum_pairs_run *run);
-
-/* contact_pairs_rows.c: makes rows of the candidates that wait and close as the bodies are moved
- * now, or of all that wait; returns how many. */
-int64_t thrum_pairs_wake(thrum_pairs_run *run, bool all);
-
-/* contact_pairs_rows.c: the place in view.before of the first touch that does not come before a
- * key. */
-int64_t thrum_pairs_find_before(const thrum_pairs_run *run, const thrum_pair_key *key);
-
-/* contact_pairs_idle.c: may a candidate wait without a row? thickness: between its places [m]. */
-bool thrum_pairs_is_idle(thrum_pairs_run *run, const thrum_pair_candidate *c, double thickness);
-
-/* contact_pairs_idle.c: is the gap of a candidate below 0 at the end of the step, as the bodies are
- * moved since thrum_pairs_look_again? */
-bool thrum_pairs_closes(thrum_pairs_run *run, const thrum_pair_candidate *c, double thickness);
-void thrum_pairs_look_again(thrum_pairs_run *run);
-
-/* contact_pairs_rows.c: the levers and responses of all rows for the rotations predicted now. */
-void thrum_pairs_refresh(thrum_pairs_run *run);
-
-/* contact_pairs_rows.c: as thrum_contact_release, for rows between bodies. */
-void thrum_pairs_release(thrum_pairs_run *run);
-
 /* The three rows of U of a side of a row; of one body with itself, their difference and their mean.
  */
 static inline const double *thrum_pairs_basis(const thrum_pair_row *row, int side) {
   return row->basis[side];
 }
 
-/* contact_pairs_solve.c: solves all rows of the group with those of its members, and gathers their
- * loads. */
-void thrum_pairs_solve(thrum_pairs_run *run);
+/* Pointers into the block. */
+thrum_pairs_view thrum_pairs_view_of(const thrum_contact_pairs *pairs);
 
-/* contact_pairs_newton.c: solves all rows of the group at once, also those of its bodies on their
- * obstacles, of which there are no more than THRUM_NEWTON_ROWS together, to within a tolerance [m];
- * false where it is not met. Where it cannot nothing changes. */
-bool thrum_pairs_newton(thrum_pairs_run *run, double tolerance);
+/* The report of a history. */
+thrum_contact_pairs_report thrum_pairs_report_of(const thrum_pairs_history *history);
 
-/* contact_pairs_link.c: links as their bodies begin the step, and are predicted to end it. */
-void thrum_links_open(thrum_pairs_run *run, thrum_link *links, int64_t count);
+/* Are both of one def? */
+bool thrum_pairs_is_same_def(const thrum_contact_pairs *a, const thrum_contact_pairs *b);
 
-/* False where the conditions of the links cannot be solved for; nothing may step then with the
- * members that links tie. */
-bool thrum_links_aim(thrum_pairs_run *run);
-bool thrum_links_tie(const thrum_pairs_run *run, int64_t member);
+/* Order of two keys: below 0, 0, above 0. */
+int thrum_pair_compare(const thrum_pair_key *a, const thrum_pair_key *b);
 
-/* contact_pairs_link.c: does a joint hold the two members together? They do not touch then. */
-bool thrum_links_join(const thrum_pairs_run *run, int64_t a, int64_t b);
+/* The thickness between two bodies [m]. */
+double thrum_pairs_thickness(const thrum_contact_pairs *pairs, const thrum_skin *a,
+                             const thrum_skin *b);
 
-/* contact_pairs_link.c: the parts of a solve, as those of contact_solve.c: pushes with the forces
- * that links have; solves all of them at once, and returns by how much they were off [m]; loads. */
-double thrum_links_begin(thrum_pairs_run *run);
-double thrum_links_solve(thrum_pairs_run *run);
-void thrum_links_gather(thrum_pairs_run *run);
-
-/* contact_pairs_link.c: looks at the step that was made, and aims by how it ended; returns by how
- * much it left the conditions open, in parts of the bodies' size. */
-double thrum_links_look(thrum_pairs_run *run);
-
-/* contact_pairs_link.c: as thrum_pairs_beyond, of links. After thrum_links_look. */
-int64_t thrum_links_beyond(const thrum_pairs_run *run);
-
-/* contact_pairs_link.c: books the energy of the links. */
-void thrum_links_settle(thrum_pairs_run *run);
-
-/* contact_pairs_energy.c: did contact between the bodies give back no more than it had taken? */
-bool thrum_pairs_allowed(thrum_pairs_run *run);
-
-/* contact_pairs_energy.c: did the step leave all surfaces apart? After thrum_pairs_allowed. */
-bool thrum_pairs_apart(const thrum_pairs_run *run);
-
-/* contact_pairs_energy.c: a body whose touches with others have energies that cannot be booked, as
- * thrum_contact_counts; -1: there is none. After thrum_pairs_allowed. */
-int64_t thrum_pairs_beyond(const thrum_pairs_run *run);
-
-/* contact_pairs_energy.c: lists impacts behind the touches of the last step, where these leave
- * room.
- */
-void thrum_pairs_list_impacts(thrum_contact_pairs *pairs, const thrum_pair_touching *impacts,
-                              int64_t count);
-
-/* contact_pairs_energy.c: books the energy and keeps the touches for the next step. After
- * thrum_pairs_allowed. */
-void thrum_pairs_settle(thrum_pairs_run *run);
+/* The place in view.before of the first touch that does not come before a
+ * key. */
+int64_t thrum_pairs_find_before(const thrum_pairs_run *run, const thrum_pair_key *key);
 
 #endif

@@ -12,11 +12,15 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "core/base/fp_contract.h"
 
+#include "runtime/contact/contact_pairs_rows.h"
+
 #include <math.h>
 #include <string.h>
 
 #include "runtime/contact/contact_law.h"
+#include "runtime/contact/contact_pairs_idle.h"
 #include "runtime/contact/contact_pairs_private.h"
+#include "runtime/contact/contact_pairs_search.h"
 #include "runtime/contact/contact_point.h"
 
 #define DEEPEST 0.5 /* of the thickness: springs push up to here whatever restitution says */
@@ -82,18 +86,6 @@ static void fill_own(const thrum_pairs_run *run, thrum_pair_row *row) {
   }
   row->basis[0] = apart;
   row->basis[1] = mean;
-}
-
-int64_t thrum_pairs_find_before(const thrum_pairs_run *run, const thrum_pair_key *key) {
-  int64_t from = 0, to = run->history->before_count;
-  while (from < to) {
-    const int64_t middle = from + (to - from) / 2;
-    if (thrum_pair_compare(&run->view.before[middle].key, key) < 0)
-      from = middle + 1;
-    else
-      to = middle;
-  }
-  return from;
 }
 
 /* The touch that a row goes on from: the same, or else one of the same vertex or edge that no other

@@ -17,12 +17,17 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "core/base/fp_contract.h"
 
+#include "runtime/contact/contact_pairs_search.h"
+
 #include <math.h>
 #include <string.h>
 
 #include "core/base/vec3.h"
 #include "runtime/contact/contact_distance.h"
+#include "runtime/contact/contact_pairs_link.h"
+#include "runtime/contact/contact_pairs_list.h"
 #include "runtime/contact/contact_pairs_private.h"
+#include "runtime/contact/contact_pairs_sort.h"
 #include "runtime/contact/contact_point.h"
 
 #define NEAR 2.0       /* thicknesses within which two places meet as they are now */

@@ -8,10 +8,10 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "core/base/fp_contract.h"
 
+#include "runtime/contact/contact_pairs_solid.h"
+
 #include <math.h>
 #include <string.h>
-
-#include "runtime/contact/contact_pairs_private.h"
 
 #define HALF_TURN 1e-6 /* 1 + cos of the largest angle of a step, just below 180 degrees */
 

@@ -14,12 +14,17 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "core/base/fp_contract.h"
 
+#include "runtime/contact/contact_pairs_solve.h"
+
 #include <math.h>
 #include <string.h>
 
 #include "runtime/contact/contact_guess.h"
-#include "runtime/contact/contact_pairs_private.h"
+#include "runtime/contact/contact_pairs_link.h"
+#include "runtime/contact/contact_pairs_newton.h"
+#include "runtime/contact/contact_pairs_rows.h"
 #include "runtime/contact/contact_point.h"
+#include "runtime/contact/contact_solve.h"
 
 #define HARDER 6    /* times as many sweeps where a step is made again, or surfaces are deep */
 #define DEEP 0.3    /* thicknesses from which they are */

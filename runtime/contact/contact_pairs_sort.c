@@ -5,7 +5,7 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "core/base/fp_contract.h"
 
-#include "runtime/contact/contact_pairs_private.h"
+#include "runtime/contact/contact_pairs_sort.h"
 
 /* Where the places lie in one number: 31 bits each, behind those of the kind. */
 #define FIRST_BIT 31

@@ -13,7 +13,18 @@
 #include <string.h>
 
 #include "core/state/state_layout.h"
+#include "runtime/contact/contact_energy.h"
 #include "runtime/contact/contact_impact.h"
+#include "runtime/contact/contact_pairs_energy.h"
+#include "runtime/contact/contact_pairs_link.h"
+#include "runtime/contact/contact_pairs_private.h"
+#include "runtime/contact/contact_pairs_rows.h"
+#include "runtime/contact/contact_pairs_search.h"
+#include "runtime/contact/contact_pairs_solid.h"
+#include "runtime/contact/contact_pairs_solve.h"
+#include "runtime/contact/contact_pairs_sort.h"
+#include "runtime/contact/contact_rows.h"
+#include "runtime/contact/contact_step.h"
 
 #define SEARCHES_MAX 4
 #define TURNS_MAX 4

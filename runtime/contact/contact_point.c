@@ -7,11 +7,12 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "core/base/fp_contract.h"
 
+#include "runtime/contact/contact_point.h"
+
 #include <math.h>
 #include <string.h>
 
 #include "core/base/two_lanes.h"
-#include "runtime/contact/contact_point.h"
 #include "runtime/contact/contact_private.h"
 
 /* --- products with three rows of U ------------------------------------------------------------ */

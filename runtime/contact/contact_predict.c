@@ -13,13 +13,14 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "core/base/fp_contract.h"
 
+#include "runtime/contact/contact_predict.h"
+
 #include "core/base/finite.h"
 #include "core/polynomial/polynomial_private.h"
 #include "core/schemes/schemes.h"
 #include "core/schemes/staggered_momentum.h"
 #include "core/state/state_layout.h"
 #include "runtime/condensed/manifold.h"
-#include "runtime/contact/contact_private.h"
 #include "thrum/floating_frame.h"
 
 /* How mode i moves in a step, as its scheme makes it; `own` of the first modes have a rule of their

@@ -212,106 +212,10 @@ static inline thrum_touching *thrum_contact_impact_at(const thrum_contact *conta
   return view->touches + (contact->touch_max - 1 - n);
 }
 
-/* contact_check.c: refuses an environment with impossible values, and says which. */
-thrum_status thrum_contact_environment_check(const thrum_model *model, const thrum_contact *contact,
-                                             const thrum_contact_environment *environment,
-                                             thrum_error *error);
-
-/* contact_step.c: a run at the start of a step. */
-thrum_status thrum_contact_open(const thrum_model *model, thrum_state *state,
-                                thrum_contact *contact,
-                                const thrum_contact_environment *environment,
-                                thrum_contact_run *run, thrum_error *error);
-
 /* The motion of a body as a whole as its step began, which impacts of the step change. */
 typedef struct thrum_contact_whole {
   thrum_translation way;
   thrum_rigid_frame frame;
 } thrum_contact_whole;
-
-/* contact_step.c: the parts of it that the environment has, taken and put back. */
-thrum_contact_whole thrum_contact_keep_whole(const thrum_contact_environment *environment);
-void thrum_contact_put_back_whole(const thrum_contact_environment *environment,
-                                  const thrum_contact_whole *kept);
-
-/* contact_step.c: is that motion, as it is now, in the range of finite numbers? */
-bool thrum_contact_whole_is_finite(const thrum_contact_environment *environment);
-
-/* contact_step.c: where the body is as a whole at the start of its step, and how it goes on without
- * contact. */
-void thrum_contact_place(thrum_contact_run *run);
-
-/* contact_step.c: predicts the step, solves its pulls alone, and finds its rows. */
-thrum_status thrum_contact_prepare(thrum_contact_run *run, thrum_error *error);
-
-/* contact_step.c: sets the load that was solved for, and finds the rotation that its torque makes.
- */
-thrum_status thrum_contact_apply(thrum_contact_run *run, thrum_error *error);
-
-/* contact_step.c: the step of the state under that load; with an inertia also of the frame, into
- * `stepped`, and `turned` is its rotation. */
-thrum_status thrum_contact_advance(thrum_contact_run *run, thrum_error *error);
-
-/* contact_step.c: did the contact with obstacles give back no more than it had taken, up to
- * rounding? */
-bool thrum_contact_allowed(thrum_contact_run *run);
-
-/* contact_step.c: back to the start of the step, with a prediction corrected by how it ended;
- * `again` counts it as another attempt. */
-void thrum_contact_return(thrum_contact_run *run);
-void thrum_contact_again(thrum_contact_run *run);
-
-/* contact_step.c: books the energy of the step, and moves the body as a whole. */
-void thrum_contact_finish(thrum_contact_run *run);
-
-/* contact_predict.c: fills q, p, weights and unloaded of the step under environment->load. */
-thrum_status thrum_contact_predict(thrum_contact_run *run, thrum_error *error);
-
-/* contact_pull.c: fills the pull rows of the step. */
-void thrum_contact_pulls(thrum_contact_run *run);
-
-/* contact_pull.c: the three rows of U of the point of a pull. */
-double *thrum_contact_pull_basis(const thrum_contact_run *run, int64_t index);
-
-/* contact_pull.c: solves one pull; returns by how much its point had moved since it was solved last
- * [m]. */
-double thrum_contact_pull_solve(thrum_contact_run *run, int64_t index);
-
-/* contact_rows.c: fills the rows of the step from its displacements without contact. */
-void thrum_contact_rows(thrum_contact_run *run);
-
-/* contact_rows.c: takes restitution and friction out of all rows, so that they only stop what comes
- * in. */
-void thrum_contact_release(thrum_contact_run *run);
-
-/* contact_solve.c: the three parts of a solve: moved from the forces that rows and pulls have
- * (returns the largest displacement [m]); one sweep over pulls and rows (returns the largest
- * distance by which a point had moved since the last [m]); load and wrench from the forces. */
-double thrum_contact_begin_sweeps(thrum_contact_run *run);
-double thrum_contact_sweep(thrum_contact_run *run);
-void thrum_contact_gather(thrum_contact_run *run);
-
-/* contact_solve.c: solves for the forces of all rows and pull rows; fills moved, and load for the
- * state. */
-void thrum_contact_solve(thrum_contact_run *run);
-
-/* contact_energy.c: measures what the rows did in the step from view.q to q (rank); returns their
- * work on the body relative to the obstacles [J]. */
-double thrum_contact_measure(thrum_contact_run *run, const double *q);
-
-/* contact_energy.c: bounds the energy that goes through the rows in the step: the sum of their
- * forces times the free displacements of their points [J]. */
-double thrum_contact_flow(const thrum_contact_run *run);
-
-/* contact_energy.c: can the energies of the step that was made be booked, or are they beyond the
- * range of finite numbers? After thrum_contact_measure. */
-bool thrum_contact_counts(const thrum_contact_run *run);
-
-/* contact_energy.c: the failure of a body whose energies cannot. */
-thrum_status thrum_contact_beyond(thrum_error *error);
-
-/* contact_energy.c: measures the step that was made, books its energy and keeps the touches for the
- * next step. */
-void thrum_contact_settle(thrum_contact_run *run, const double *q);
 
 #endif

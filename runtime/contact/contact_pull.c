@@ -13,11 +13,12 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "core/base/fp_contract.h"
 
+#include "runtime/contact/contact_pull.h"
+
 #include <math.h>
 #include <string.h>
 
 #include "runtime/contact/contact_point.h"
-#include "runtime/contact/contact_private.h"
 
 double *thrum_contact_pull_basis(const thrum_contact_run *run, int64_t index) {
   return run->view.pulled + index * 3 * run->contact->rank;

@@ -4,11 +4,12 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "core/base/fp_contract.h"
 
+#include "runtime/contact/contact_row.h"
+
 #include <math.h>
 #include <string.h>
 
 #include "runtime/contact/contact_law.h"
-#include "runtime/contact/contact_row.h"
 
 #define RECOVERY 0.1 /* share of an excess of depth that a step may take back */
 

@@ -11,12 +11,13 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "core/base/fp_contract.h"
 
+#include "runtime/contact/contact_rows.h"
+
 #include <math.h>
 #include <string.h>
 
 #include "runtime/contact/contact_law.h"
 #include "runtime/contact/contact_point.h"
-#include "runtime/contact/contact_private.h"
 #include "runtime/contact/contact_row.h"
 #include "runtime/contact/obstacle_private.h"
 

@@ -9,11 +9,14 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "core/base/fp_contract.h"
 
+#include "runtime/contact/contact_solve.h"
+
 #include <math.h>
 #include <string.h>
 
 #include "runtime/contact/contact_guess.h"
 #include "runtime/contact/contact_point.h"
+#include "runtime/contact/contact_pull.h"
 
 /* Solves one row; returns by how much its point had moved since the last sweep [m]. */
 static double solve_row(thrum_contact_run *run, thrum_contact_row *row) {

@@ -7,26 +7,26 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "core/base/fp_contract.h"
 
+#include "runtime/contact/contact_step.h"
+
 #include <math.h>
 #include <string.h>
 
 #include "core/base/finite.h"
 #include "core/state/state_layout.h"
+#include "runtime/contact/contact_check.h"
+#include "runtime/contact/contact_energy.h"
 #include "runtime/contact/contact_impact.h"
+#include "runtime/contact/contact_predict.h"
+#include "runtime/contact/contact_pull.h"
+#include "runtime/contact/contact_rows.h"
+#include "runtime/contact/contact_solve.h"
 #include "thrum/floating_frame.h"
 
 #define ROUNDING 1e-10 /* share of the energy flow of contact that rounding may add */
 
 /* The first attempt, shifted ones, one without release, one without contact. */
 enum { ATTEMPT_FIRST = 0, ATTEMPT_RELEASED = 4, ATTEMPT_WITHOUT = 5 };
-
-void thrum_translation_step(thrum_translation *translation, const double force[3], double dt) {
-  for (int axis = 0; axis < 3; axis++) {
-    const double kick = dt * force[axis] / translation->mass;
-    translation->position[axis] += dt * (translation->velocity[axis] + 0.5 * kick);
-    translation->velocity[axis] += kick;
-  }
-}
 
 /* Fills the rotation of a run: how the body would rotate without contact, and its response. */
 static void fill_rigid_frame(thrum_contact_run *run) {

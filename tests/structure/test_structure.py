@@ -10,6 +10,9 @@ Five rules keep the tree readable:
      header whose name they begin with: msh_read.h declares msh_read.c and msh_read_nodes.c. A
      header in include/thrum is the face of a whole library: core/ and runtime/, or scene/ for scene.h.
   4. No two source files have the same name.
+  5. The core includes and names nothing that stands above it.
+  6. No files call each other in a circle.
+  7. A private header declares the functions of at most five files.
   5. The core stands alone: a file of core/ includes core/ and the public headers that core/ implements,
      and names no function and no table that is defined above it. What is above is reached through the
      two tables that each library has of its own, thrum_schemes and thrum_passes.
@@ -48,6 +51,7 @@ CORE_HEADERS = {"api", "base_motion", "external_load", "kernel", "kernel_pass", 
 # The tables by which the core reaches what is above it; core/alone.c has those of the core alone.
 CORE_TABLES = {"thrum_schemes", "thrum_passes"}
 SUFFIXES = (".c", ".h", ".inl")
+OWNERS_MAX = 5
 INCLUDE = re.compile(r'^\s*#\s*include\s+"([^"]+)"', re.M)
 COMMENT = re.compile(r'/\*.*?\*/|//[^\n]*', re.S)
 # GNU attributes, and the macros of ours that stand before a declaration
@@ -249,7 +253,38 @@ def check_core(files):
             yield f"{path} names {name} of {above[name]}, which is above the core"
 
 
-CHECKS = (check_cycles, check_layers, check_headers, check_names, check_core)
+def definitions(files):
+    """Where each function with external linkage is defined; one with several homes, of kernels and tables, has none."""
+    where = {}
+    for path, text in files.items():
+        if path.endswith(".c"):
+            for name in declarations(text)[1]:
+                where.setdefault(name, set()).add(path)
+    return {name: paths.pop() for name, paths in where.items() if len(paths) == 1}
+
+
+def check_calls(files):
+    where = definitions(files)
+    edges = {}
+    for path, text in files.items():
+        if path.endswith(".c"):
+            code = re.sub(r'"(?:\\.|[^"\\])*"', '""', COMMENT.sub(" ", text))
+            called = {where[name] for name in set(re.findall(r'\b[a-z]\w+', code)) if name in where}
+            edges[path] = called - {path}
+    for members in cycles(edges):
+        yield f"files call each other in a circle: {', '.join(sorted(members))}"
+
+
+def check_owners(files):
+    where = definitions(files)
+    for path, text in sorted(files.items()):
+        if path.endswith(".h") and not path.startswith("include/"):
+            owners = {where[name] for name in declarations(text)[0] if name in where}
+            if len(owners) > OWNERS_MAX:
+                yield f"{path} declares the functions of {len(owners)} files: {', '.join(sorted(owners))}"
+
+
+CHECKS = (check_cycles, check_layers, check_headers, check_names, check_core, check_calls, check_owners)
 
 
 def violations(files):
@@ -276,6 +311,10 @@ def self_test(files):
                       "runtime/guard/planted.c": "int thrum_planted(int value) {\n  return value;\n}\n"}),
         (check_core, {"core/step/planted.c": "const int *f(void) {\n  return &thrum_planted;\n}\n",
                       "runtime/comparison/planted.c": "const int thrum_planted = 1;\n"}),
+        (check_calls, {"io/planted_a.c": "int planted_a(void) {\n  return planted_b();\n}\n",
+                       "io/planted_b.c": "int planted_b(void) {\n  return planted_a();\n}\n"}),
+        (check_owners, {"io/planted.h": "".join(f"int planted_{n}(void);\n" for n in range(6)),
+                        **{f"io/planted_{n}.c": f"int planted_{n}(void) {{\n  return {n};\n}}\n" for n in range(6)}}),
     )
     missed = 0
     for check, plant in plants:

@@ -3,7 +3,7 @@
 #include "tests/support/contact_support.h"
 
 #include "runtime/contact/contact_point.h"
-#include "runtime/contact/contact_private.h"
+#include "runtime/contact/contact_step.h"
 
 typedef struct fixture {
   rig r;

@@ -2,7 +2,9 @@
  * become contact again, each with one thing wrong. SPDX-License-Identifier: Apache-2.0 */
 #include "tests/support/contact_support.h"
 
+#include "runtime/contact/contact_pairs_energy.h"
 #include "runtime/contact/contact_pairs_private.h"
+#include "runtime/contact/contact_pairs_rows.h"
 
 /* A tetrahedron, as the surface of a solid. */
 static const double corners[12] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1};
