@@ -12,6 +12,7 @@
 #include "driver/scene_run_world.h"
 
 #define OBSTACLE_DEPTH 0.25 /* of a body's diagonal: a vertex so deep has crossed an obstacle */
+#define NEAR_SHARE 0.35     /* of the thickness, missing at the start: from there bodies tremble */
 #define NAMES_MAX 4         /* bodies that a warning names */
 
 /* Are there obstacles that vertices touch, none of which is as soft as the file asks? */
@@ -53,21 +54,33 @@ thrum_status scene_run_look_for_crossings(scene_run *run, thrum_error *error) {
   return scene_run_open_spheres(run, error);
 }
 
-/* Keeps who met first, and when: of the touches of the step that is deepest so far. */
+/* Finds whose the touch of the last step is that is nearest; returns its distance [m]. */
+static double find_nearest(const scene_run *run, int32_t bodies[2]) {
+  const thrum_contact_pairs_report of = thrum_scene_collisions(run->scene);
+  double nearest = INFINITY;
+  bodies[0] = bodies[1] = -1;
+  for (int64_t n = 0; n < of.touching; n++) {
+    thrum_pair_touch touch;
+    if (thrum_scene_collision(run->scene, n, &touch, NULL) < 0 || touch.distance >= nearest)
+      continue;
+    nearest = touch.distance;
+    memcpy(bodies, touch.bodies, sizeof touch.bodies);
+  }
+  return nearest;
+}
+
+/* Keeps who met first, and when: of the touches of the step that is deepest so far; and who began
+ * nearer to each other than contact keeps them. */
 static void note_meeting(scene_run *run) {
   const thrum_contact_pairs_report of = thrum_scene_collisions(run->scene);
+  if (thrum_scene_steps(run->scene) == 1) {
+    run->near_share = of.deepest_share;
+    run->near_distance = find_nearest(run, run->near);
+  }
   if (of.deepest_share < 1 || run->met_time > 0)
     return;
   run->met_time = (double)thrum_scene_steps(run->scene) * run->dt;
-  run->met[0] = run->met[1] = -1;
-  double deepest = INFINITY;
-  for (int64_t n = 0; n < of.touching; n++) {
-    thrum_pair_touch touch;
-    if (thrum_scene_collision(run->scene, n, &touch, NULL) < 0 || touch.distance >= deepest)
-      continue;
-    deepest = touch.distance;
-    memcpy(run->met, touch.bodies, sizeof run->met);
-  }
+  find_nearest(run, run->met);
 }
 
 void scene_run_note_depths(scene_run *run) {
@@ -162,7 +175,23 @@ static void warn_of_meeting(const scene_run *run) {
               whose, run->met_time, of.deepest, of.deepest_share);
 }
 
+/* Says who began within the thickness: there contact pushes them apart only as far as it has energy
+ * for, and they do not come to rest. */
+static void warn_of_start(const scene_run *run) {
+  char first[SCENE_OVERLAP_NAME], second[SCENE_OVERLAP_NAME];
+  if (!(run->near_share > NEAR_SHARE) || have_met(run) || run->near[0] == run->near[1])
+    return;
+  name_met(run, run->near[0], first);
+  name_met(run, run->near[1], second);
+  config_warn(
+      "%s and %s start %.2g m apart, and contact keeps %.2g m between them: they stay that "
+      "near and may tremble; move them apart, or give \"collisions\" a thickness below %.2g",
+      first, second, run->near_distance, run->near_distance / (1 - run->near_share),
+      run->near_distance);
+}
+
 void scene_run_warn_of_depth(const scene_run *run) {
+  warn_of_start(run);
   const thrum_contact_pairs_report of = thrum_scene_collisions(run->scene);
   warn_of_declined(run);
   if (have_met(run))

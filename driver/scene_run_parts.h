@@ -100,6 +100,9 @@ typedef struct scene_run {
   FILE *probes;
   double met_time;           /* after the step in which surfaces met first; 0: none did [s] */
   int32_t met[2];            /* whose they were, as in a touch; -1: a step without contact */
+  double near_share;         /* of the thickness that is missing between two after the first step */
+  double near_distance;      /* between them then [m] */
+  int32_t near[2];           /* which these are, as in a touch */
   bool has_hard_obstacles;   /* that vertices touch, without a stiffness of their own */
   bool has_detail;           /* a body has a level of detail */
   scene_looks *looks;        /* of each of the models; owned */

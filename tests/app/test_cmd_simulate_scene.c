@@ -903,6 +903,34 @@ static void the_forces_of_contact_are_in_a_file(void **state) {
   free(text);
 }
 
+/* A bar that starts nearer to a box than contact keeps it is told of, with what the distance is.
+ * One that is as far away, or a thickness that fits, is not. */
+static void a_start_within_the_thickness_is_told_of(void **state) {
+  (void)state;
+  static const char *const rest[] = {"[0, 0, 0.102]}], \"collisions\": {\"thickness\": 0.004}",
+                                     "[0, 0, 0.1045]}], \"collisions\": {\"thickness\": 0.004}",
+                                     "[0, 0, 0.102]}], \"collisions\": {\"thickness\": 0.0019}"};
+  for (int n = 0; n < 3; n++) {
+    char text[500];
+    snprintf(
+        text, sizeof text,
+        "{\"time\": 0.02, \"dt\": 0.002, \"gravity\": [0, 0, -9.81],\n"
+        " \"obstacles\": [{\"shape\": \"box\", \"name\": \"table\", \"centre\": [0, 0, -0.5],"
+        " \"size\": [4, 4, 1]}],\n"
+        " \"bodies\": [{\"name\": \"bar\", \"order\": 1, \"model\": "
+        "\"beam:4x2x2@0.4x0.2x0.2,split=6\",\n"
+        "  \"material\": {\"young\": 1e7, \"density\": 1000}, \"free\": true, \"position\": %s}",
+        rest[n]);
+    put("scene.json", text);
+    program_result run = thrum_run(folder, "simulate", "scene.json", "-o", "near", "-q", NULL);
+    assert_true(run.exit_code == 0 || run.exit_code == 3); // its basis is judged too
+    assert_int_equal(strstr(run.err, "start 0.002 m apart, and contact keeps 0.004 m") != NULL,
+                     n == 0);
+    assert_int_equal(strstr(run.err, "obstacle \"table\"") != NULL, n == 0);
+    program_result_free(&run);
+  }
+}
+
 /* A heavy cube sinks through a soft one, and the run says so. */
 static void surfaces_that_cross_flag_the_run(void **state) {
   (void)state;
@@ -1444,6 +1472,7 @@ int main(void) {
       cmocka_unit_test(a_joint_that_no_step_can_follow_stops_the_run),
       cmocka_unit_test(a_handle_follows_a_file_and_lets_go),
       cmocka_unit_test(the_forces_of_contact_are_in_a_file),
+      cmocka_unit_test(a_start_within_the_thickness_is_told_of),
       cmocka_unit_test(surfaces_that_cross_flag_the_run),
       cmocka_unit_test(a_body_that_passes_another_within_a_step_flags_the_run),
       cmocka_unit_test(a_sphere_that_goes_through_a_body_flags_the_run),
