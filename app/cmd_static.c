@@ -142,11 +142,26 @@ static thrum_status find(static_answer *answer, double *q, double *mode, thrum_e
   return status;
 }
 
+/* Can all files be written that are asked for? A search may take minutes, and one of them that
+ * cannot leaves none of the others. */
+static thrum_status check_outputs(const static_request *request, thrum_error *error) {
+  const char *const paths[] = {request->output, request->path, request->reactions, request->field,
+                               request->frame};
+  for (size_t n = 0; n < sizeof paths / sizeof paths[0]; n++) {
+    thrum_file_writer writer = {0};
+    if (paths[n] != NULL)
+      THRUM_TRY(thrum_file_writer_open(paths[n], &writer, error));
+    thrum_file_writer_abandon(&writer);
+  }
+  return THRUM_OK;
+}
+
 static thrum_status answer_all(static_answer *answer, double *memory, thrum_error *error) {
   const static_request *request = answer->request;
   double *q = memory, *mode = q + answer->model->rank, *extents = mode + answer->model->rank;
   answer->q = q;
   answer->mode = mode;
+  THRUM_TRY(check_outputs(request, error));
 
   // the whole mesh is solved elsewhere and has no reduced answer to measure
   if (request->full) {

@@ -835,6 +835,24 @@ static void slips_are_refused_in_one_line(void **state) {
   }
 }
 
+/* A file that cannot be written is found before the search, and the others are left as they are. */
+static void an_output_that_cannot_be_written_leaves_no_other(void **state) {
+  (void)state;
+  static const char *const kinds[] = {"-o", "--reactions", "--displacements", "--vtu"};
+  static const char *const names[] = {"nowhere/q.npy", "nowhere/r.csv", "nowhere/u.npy",
+                                      "nowhere/b.vtu"};
+  for (int full = 0; full < 2; full++)
+    for (int n = 0; n < 4; n++) {
+      program_result run =
+          thrum_run(folder, "static", "beam.npz", "--load", "constant:0,0,-1@tip", "--path",
+                    "other.csv", kinds[n], names[n], full ? "--full" : NULL, NULL);
+      assert_int_equal(run.exit_code, 1);
+      assert_non_null(strstr(run.err, "cannot be created"));
+      assert_true(!file_exists(in_folder("other.csv")));
+      program_result_free(&run);
+    }
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(the_files_hold_the_equilibrium),
@@ -868,6 +886,7 @@ int main(void) {
       cmocka_unit_test(buckling_is_flagged_with_its_load),
 
       // mistakes on the command line
+      cmocka_unit_test(an_output_that_cannot_be_written_leaves_no_other),
       cmocka_unit_test(slips_are_refused_in_one_line),
   };
   return cmocka_run_group_tests(tests, make_models, remove_folder);
