@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "config/message.h"
+#include "core/base/plain_text.h"
 #include "driver/run_plot.h"
 #include "io/json.h"
 #include "platform/allocate.h"
@@ -16,10 +17,14 @@
 
 /* --- what is followed ------------------------------------------------------------------------- */
 
-static thrum_status add(run_probes *probes, const char *text, const load_target *target,
-                        thrum_error *error) {
+static thrum_status add(run_probes *probes, const load_target *target, thrum_error *error) {
   run_probe *probe = &probes->list[probes->count];
-  *probe = (run_probe){.text = text};
+  *probe = (run_probe){.text = "all"};
+  if (target->vertex > 0)
+    snprintf(probe->text, sizeof probe->text, "vertex=%" PRId64, target->vertex);
+  else if (!target->all)
+    snprintf(probe->text, sizeof probe->text, "%s", target->name);
+  thrum_plain_text(probe->text);
   THRUM_TRY(load_target_find(probes->model, target, &probe->at, error));
   probes->count++;
   return THRUM_OK;
@@ -30,13 +35,11 @@ static thrum_status add_of_loads(const simulate_request *request, run_probes *pr
                                  thrum_error *error) {
   for (int64_t n = 0; n < request->load_count; n++) {
     const load_spec *load = &request->loads[n];
-    const char *at = strchr(load->text, '@');
-    bool seen = load->gravity || load->target.all || at == NULL;
+    bool seen = load->gravity || load->target.all;
     for (int64_t k = 0; k < n && !seen; k++)
       seen = load_target_equal(&request->loads[k].target, &load->target);
     if (!seen)
-      THRUM_TRY(add(probes, load->target.name[0] != 0 ? load->target.name : at + 1, &load->target,
-                    error));
+      THRUM_TRY(add(probes, &load->target, error));
   }
   return THRUM_OK;
 }
@@ -64,9 +67,8 @@ static thrum_status open_probes(const simulate_request *request, const run_folde
   const int64_t most = request->probe_count + request->load_count;
   THRUM_TRY(thrum_reserve(&probes->list, most + 1, sizeof *probes->list, "the probes", error));
   for (int64_t n = 0; n < request->probe_count; n++)
-    THRUM_TRY(config_error_in(
-        error, add(probes, request->probes[n].name, &request->probes[n].target, error),
-        "--probe '%.100s'", request->probes[n].name));
+    THRUM_TRY(config_error_in(error, add(probes, &request->probes[n].target, error),
+                              "--probe '%.100s'", request->probes[n].name));
   if (request->probe_count == 0)
     THRUM_TRY(add_of_loads(request, probes, error));
   if (probes->count == 0)

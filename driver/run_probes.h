@@ -11,7 +11,7 @@
 
 /* A target that is followed. */
 typedef struct run_probe {
-  const char *text; /* as the user named it */
+  char text[LOAD_TEXT_MAX]; /* as the user named it, fit for a terminal */
   load_vertices at;
   double last[3];                 /* mean displacement [m] */
   double farthest, farthest_time; /* its largest length [m], and when [s] */

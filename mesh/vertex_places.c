@@ -8,7 +8,12 @@
 #include "io/text.h"
 
 #define NEAR "near:"
-enum { TERMS_MAX = 32 };
+enum { TERMS_MAX = 32, SHOWN_MAX = 100 };
+
+/* How many bytes of a text a message shows. */
+static int shown(size_t length) {
+  return length < SHOWN_MAX ? (int)length : SHOWN_MAX;
+}
 
 /* One comparison such as x<=0.01. */
 typedef struct place_term {
@@ -77,8 +82,35 @@ static bool read_point(const char *at, const char *end, double point[3]) {
   return at == end;
 }
 
-static void mark_nearest(const double *vertices, int64_t vertex_count, const double point[3],
-                         uint8_t *marks) {
+/* The box around vertices. */
+typedef struct extent {
+  double low[3], high[3];
+} extent;
+
+static extent extent_of(const double *vertices, int64_t vertex_count) {
+  extent box = {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
+  for (int64_t c = 0; c < 3 * vertex_count; c++) {
+    box.low[c % 3] = fmin(box.low[c % 3], vertices[c]);
+    box.high[c % 3] = fmax(box.high[c % 3], vertices[c]);
+  }
+  return box;
+}
+
+/* Refuses a text by what it does, and says how far the vertices extend. */
+static thrum_status refuse_by_extent(const extent *box, const char *text, size_t length,
+                                     const char *does, thrum_error *error) {
+  return thrum_error_set(error, THRUM_BAD_VALUE,
+                         "'%.*s' %s, which extends from %g to %g in x, %g to %g in y and %g to %g "
+                         "in z [m]",
+                         shown(length), text, does, box->low[0], box->high[0], box->low[1],
+                         box->high[1], box->low[2], box->high[2]);
+}
+
+/* Marks the vertex nearest to a point. A point further away than the vertices are from each other
+ * was given in another unit or for another mesh. */
+static thrum_status mark_nearest(const double *vertices, int64_t vertex_count, const char *text,
+                                 size_t length, const double point[3], uint8_t *marks,
+                                 thrum_error *error) {
   double least = INFINITY;
   int64_t nearest = -1;
   for (int64_t v = 0; v < vertex_count; v++) {
@@ -91,6 +123,13 @@ static void mark_nearest(const double *vertices, int64_t vertex_count, const dou
   }
   for (int64_t v = 0; v < vertex_count; v++)
     marks[v] = v == nearest;
+
+  const extent box = extent_of(vertices, vertex_count);
+  const double diagonal =
+      hypot(hypot(box.high[0] - box.low[0], box.high[1] - box.low[1]), box.high[2] - box.low[2]);
+  return vertex_count == 0 || least <= diagonal
+             ? THRUM_OK
+             : refuse_by_extent(&box, text, length, "is far from all vertices of the mesh", error);
 }
 
 bool thrum_vertex_places_meant(const char *text) {
@@ -106,20 +145,19 @@ thrum_status thrum_vertex_places_mark(const double *vertices, int64_t vertex_cou
     double point[3];
     if (!read_point(text + head, end, point))
       return thrum_error_set(error, THRUM_BAD_FORMAT,
-                             "'%.100s' is no point; write its coordinates in metres, such as "
+                             "'%.*s' is no point; write its coordinates in metres, such as "
                              "'near:1,0,0.5'",
-                             text);
-    mark_nearest(vertices, vertex_count, point, marks);
-    return THRUM_OK;
+                             shown(length), text);
+    return mark_nearest(vertices, vertex_count, text, length, point, marks, error);
   }
 
   place_term terms[TERMS_MAX];
   const int count = read_terms(text, end, terms);
   if (count == 0)
     return thrum_error_set(error, THRUM_BAD_FORMAT,
-                           "'%.100s' is no predicate; write comparisons in metres joined by &, "
-                           "such as 'x<0.01&z>=0' or 'x<0.01:yz'",
-                           text);
+                           "'%.*s' is no predicate; write comparisons in metres joined by &, "
+                           "such as 'x<0.01&z>=0'; --fix alone takes 'x<0.01:yz' too",
+                           shown(length), text);
 
   // all of them must hold
   for (int64_t v = 0; v < vertex_count; v++) {
@@ -132,13 +170,6 @@ thrum_status thrum_vertex_places_mark(const double *vertices, int64_t vertex_cou
 
 thrum_status thrum_vertex_places_none(const double *vertices, int64_t vertex_count,
                                       const char *text, thrum_error *error) {
-  double low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY};
-  for (int64_t c = 0; c < 3 * vertex_count; c++) {
-    low[c % 3] = fmin(low[c % 3], vertices[c]);
-    high[c % 3] = fmax(high[c % 3], vertices[c]);
-  }
-  return thrum_error_set(error, THRUM_BAD_VALUE,
-                         "'%.100s' names no vertex of the mesh, which extends from %g to %g in x, "
-                         "%g to %g in y and %g to %g in z [m]",
-                         text, low[0], high[0], low[1], high[1], low[2], high[2]);
+  const extent box = extent_of(vertices, vertex_count);
+  return refuse_by_extent(&box, text, strlen(text), "names no vertex of the mesh", error);
 }

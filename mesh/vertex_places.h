@@ -14,8 +14,8 @@
 bool thrum_vertex_places_meant(const char *text);
 
 /* marks[v] = whether vertex v (vertices: vertex_count x 3) is at the place that `length` bytes of
- * text say; it may be none. THRUM_BAD_FORMAT for a text that says no place, with marks undefined.
- */
+ * text say; it may be none. With marks undefined, THRUM_BAD_FORMAT for a text that says no place,
+ * THRUM_BAD_VALUE for a point further from all vertices than the diagonal of their box. */
 thrum_status thrum_vertex_places_mark(const double *vertices, int64_t vertex_count,
                                       const char *text, size_t length, uint8_t *marks,
                                       thrum_error *error);

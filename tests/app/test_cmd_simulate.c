@@ -486,6 +486,34 @@ static void probes_follow_the_mean_of_their_targets(void **state) {
   thrum_model_free(model);
 }
 
+/* The first line of probes.csv; the caller frees it. */
+static char *head_of_probes(void) {
+  char *text = text_file_read(in_folder("run/probes.csv"));
+  assert_non_null(text);
+  text[strcspn(text, "\n")] = 0;
+  return text;
+}
+
+static void probes_are_named_by_their_targets(void **state) {
+  (void)state;
+
+  // keys of a load are none of its target
+  cJSON *object = SIMULATE("beam.npz", "--time", "0.03", "--load",
+                           "constant:0,0,-1@vertex=5,from=0.01,until=0.02", "--judge", "off");
+  char *head = head_of_probes();
+  assert_string_equal(head, "step,time_s,vertex=5.x_m,vertex=5.y_m,vertex=5.z_m");
+  const cJSON *probe = cJSON_GetArrayItem(cJSON_GetObjectItem(object, "probes"), 0);
+  assert_string_equal(text_of(probe, "at"), "vertex=5");
+  cJSON_Delete(object);
+  free(head);
+
+  // a line end in a predicate ends no line of the file
+  cJSON_Delete(SIMULATE("beam.npz", "--time", "0.03", "--probe", "x>0.9\n", "--judge", "off"));
+  head = head_of_probes();
+  assert_string_equal(head, "step,time_s,x>0.9?.x_m,x>0.9?.y_m,x>0.9?.z_m");
+  free(head);
+}
+
 static void record_every_keeps_each_nth_row_and_the_last_energy(void **state) {
   (void)state;
   cJSON *object = SIMULATE("beam.npz", "--time", "0.3", "--start", "mode:1,0.01");
@@ -770,6 +798,7 @@ int main(void) {
       // what is written
       cmocka_unit_test(rows_hold_the_energies_of_their_states),
       cmocka_unit_test(probes_follow_the_mean_of_their_targets),
+      cmocka_unit_test(probes_are_named_by_their_targets),
       cmocka_unit_test(record_every_keeps_each_nth_row_and_the_last_energy),
       cmocka_unit_test(a_run_continues_from_the_end_of_another),
       cmocka_unit_test(starts_add_up_and_a_plain_vector_is_q),

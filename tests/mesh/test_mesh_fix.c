@@ -274,6 +274,10 @@ static void near_picks_the_one_nearest_vertex(void **state) {
                                       "near:nan,0,0", "near:1,2,1e999"};
   for (size_t i = 0; i < sizeof specs / sizeof *specs; i++)
     refused(&m, specs[i], "is no point; write its coordinates in metres");
+
+  // a place in millimetres, or one of another mesh
+  refused(&m, "near:1000,0,0:xy",
+          "'near:1000,0,0' is far from all vertices of the mesh, which extends from 0 to 1 in x");
   thrum_mesh_free(&m);
 }
 
