@@ -1,5 +1,6 @@
 /* Tests of bodies that come to rest: what holds a body up is its own elasticity, whatever the time
- * step is, the forces on it are its weight, and it is still.
+ * step is, the forces on it are its weight, and it is still; on a slope below the angle of friction
+ * too.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include "tests/support/precompute_support.h"
@@ -316,12 +317,132 @@ static void a_force_of_nothing_in_the_scene_is_refused(void **context) {
   thrum_scene_free(scene);
 }
 
+/* --- a slope ---------------------------------------------------------------------------------- */
+
+#define SIDE 0.1
+#define ROUGH 0.2
+
+/* A body with what a scene asks for. */
+typedef struct shape {
+  body mesh;
+  thrum_precomputed made;
+  int32_t *triangles, *touch;
+  int64_t triangle_count;
+} shape;
+
+static shape shape_make(const char *name, const char *fix) {
+  shape s = {.mesh = body_make(name, fix)};
+  s.made = body_precompute(&s.mesh, 4, 8);
+  s.triangles = outer_triangles(&s.mesh.mesh, &s.triangle_count);
+  s.touch = need((size_t)s.made.model.vertex_count, sizeof *s.touch);
+  for (int64_t v = 0; v < s.made.model.vertex_count; v++)
+    s.touch[v] = (int32_t)v;
+  return s;
+}
+
+static void shape_free(shape *s) {
+  thrum_precomputed_free(&s->made);
+  body_free(&s->mesh);
+  free(s->triangles);
+  free(s->touch);
+}
+
+/* A body of a shape with this Young's modulus. */
+static thrum_scene_body_def def_of(const shape *s, double young) {
+  thrum_scene_body_def def = thrum_default_scene_body_def();
+  def.model = &s->made.model;
+  def.triangles = s->triangles;
+  def.triangle_count = s->triangle_count;
+  def.touch = s->touch;
+  def.touch_count = s->made.model.vertex_count;
+  def.stiffness = young / s->made.model.material[0];
+  return def;
+}
+
+/* What a cube lies on; the slab deforms. */
+enum { ON_PLANE, ON_SOLID, ON_SLAB, GROUNDS };
+
+/* Lays a cube of 10 MPa on ground of which the slope is `share` of the coefficient of friction.
+ * where: its way in x at the start, after the second third and at the end of 0.6 s [m]. */
+static void slide(const shape *cube, const shape *slab, int on, double share, double dt,
+                  double where[3]) {
+  const double angle = atan(share * ROUGH), face = on == ON_SLAB ? SIDE : 0;
+  const double gravity[3] = {GRAVITY * sin(angle), 0, -GRAVITY * cos(angle)};
+  thrum_scene *scene = NULL;
+  MUST(thrum_scene_make(dt, &scene, &failure));
+  MUST(thrum_scene_set_gravity(scene, gravity, &failure));
+  thrum_contact_pairs_def pairs = thrum_default_contact_pairs_def();
+  pairs.friction = ROUGH;
+  MUST(thrum_scene_set_collisions(scene, &pairs, &failure));
+
+  // 0.01 mm above the distance that contact keeps
+  const double gap = on == ON_PLANE ? 1e-5 : 1e-5 + SIDE * sqrt(3) / 250;
+  thrum_scene_body_def def = def_of(cube, 1e7);
+  def.free = 1;
+  def.position[0] = -0.2;
+  def.position[2] = face + 0.5 * SIDE + gap;
+  MUST(thrum_scene_add_body(scene, &def, NULL, &failure));
+  MUST(thrum_scene_add_probe(scene, NULL, 0, NULL, 0, &failure));
+
+  // the ground
+  thrum_obstacle plane = thrum_default_obstacle();
+  thrum_scene_solid_def solid = thrum_default_scene_solid_def();
+  plane.friction = solid.friction = ROUGH;
+  solid.half[0] = solid.half[1] = 2;
+  solid.position[2] = -0.5;
+  def = def_of(slab, 1e8);
+  def.position[0] = -0.4;
+  def.position[2] = 0.5 * SIDE;
+  if (on == ON_PLANE)
+    MUST(thrum_scene_add_obstacle(scene, &plane, NULL, &failure));
+  else if (on == ON_SOLID)
+    MUST(thrum_scene_add_solid(scene, &solid, NULL, &failure));
+  else
+    MUST(thrum_scene_add_body(scene, &def, NULL, &failure));
+
+  // three parts of 0.2 s
+  double x[3];
+  MUST(thrum_scene_probe(scene, 0, x, NULL, &failure));
+  const double start = x[0];
+  for (int n = 0; n < 3; n++) {
+    for (int k = 0; k < (int)(0.2 / dt + 0.5); k++)
+      MUST(thrum_scene_step(scene, &failure));
+    MUST(thrum_scene_probe(scene, 0, x, NULL, &failure));
+    where[n] = x[0] - start;
+  }
+  thrum_scene_free(scene);
+}
+
+/* Coulomb: below the angle of friction a cube that is laid down stays within a millimetre, above it
+ * slides by g (sin a - mu cos a), on a plane, on a solid and on a slab that deforms. */
+static void a_cube_slides_above_the_angle_of_friction_alone(void **context) {
+  (void)context;
+  shape cube = shape_make("beam:2x2x2@0.1x0.1x0.1,split=6", NULL);
+  shape slab = shape_make("beam:6x6x1@0.8x0.8x0.1,split=6", "z<-0.049");
+  for (int on = 0; on < GROUNDS; on++) {
+    double where[3];
+    slide(&cube, &slab, on, 0.95, 0.002, where);
+    print_message("%d: slides by %.3f mm below the angle", on, 1e3 * where[2]);
+    const bool stays = fabs(where[2]) < 1e-3 && fabs(where[2] - where[1]) < 1e-4;
+    slide(&cube, &slab, on, 1.05, 0.002, where);
+    const double angle = atan(1.05 * ROUGH);
+    const double found = (where[2] - 2 * where[1] + where[0]) / (0.2 * 0.2);
+    print_message(", with %.5f of the acceleration above it\n",
+                  found / (GRAVITY * (sin(angle) - ROUGH * cos(angle))));
+    assert_true(stays);
+    assert_close(found, GRAVITY * (sin(angle) - ROUGH * cos(angle)), 0.01);
+  }
+  shape_free(&cube);
+  shape_free(&slab);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_soft_ball_rests_at_the_same_height_at_any_step),
       cmocka_unit_test(a_ball_rests_in_its_equilibrium),
       cmocka_unit_test(forces_of_contact_are_the_change_of_momentum),
       cmocka_unit_test(a_force_of_nothing_in_the_scene_is_refused),
+      cmocka_unit_test(a_cube_slides_above_the_angle_of_friction_alone),
   };
   return cmocka_run_group_tests(tests, setup, teardown);
 }
