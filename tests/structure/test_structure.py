@@ -52,7 +52,7 @@ CORE_HEADERS = {"api", "base_motion", "external_load", "kernel", "kernel_pass", 
 CORE_TABLES = {"thrum_schemes", "thrum_passes"}
 SUFFIXES = (".c", ".h", ".inl")
 OWNERS_MAX = 5
-INCLUDE = re.compile(r'^\s*#\s*include\s+"([^"]+)"', re.M)
+INCLUDE = re.compile(r'^\s*#\s*include\s*["<]([^">]+)[">]', re.M)
 COMMENT = re.compile(r'/\*.*?\*/|//[^\n]*', re.S)
 # GNU attributes, and the macros of ours that stand before a declaration
 DECORATION = re.compile(r'__attribute__\s*\(\(.*?\)\)|\bTHRUM_API\b|extern\s+"C"\s*\{?')
@@ -184,7 +184,7 @@ def declarations(text):
         elif depth == 0:
             head = text[start:match.start()].strip()
             name = re.search(r'(\w+)\s*\(', head)
-            outside = "=" not in head and not re.search(r'\b(static|typedef|inline)\b', head)
+            outside = "=" not in head and not re.search(r'\b(static|typedef|inline|INLINE)\b', head)
             if name and outside and re.match(r'[A-Za-z_][\w\s*]*$', head[:name.start()] or "!"):
                 (defined if mark == "{" else declared).add(name.group(1))
         if mark == "{":
@@ -226,8 +226,9 @@ def check_names(files):
 
 
 def tables(text):
-    """The names of constant tables with external linkage that a source defines."""
-    return set(re.findall(r'^const\s+[\w\s*]*?(\w+)\s*(?:\[[^]]*\]\s*)?=', COMMENT.sub(" ", text), re.M))
+    """The names of objects with external linkage and a value that a source defines."""
+    outside = r'^(?!static\b|typedef\b)\w[\w \t*]*?[\s*](\w+)\s*(?:\[[^]]*\]\s*)*='
+    return set(re.findall(outside, COMMENT.sub(" ", text), re.M))
 
 
 def check_core(files):
@@ -237,7 +238,7 @@ def check_core(files):
     # who defines what above the core
     above = {}
     for path, text in files.items():
-        if path.endswith(".c") and path.split("/")[0] in ("runtime", "scene"):
+        if path.endswith(".c") and not is_core(path):
             for name in (declarations(text)[1] | tables(text)) - CORE_TABLES:
                 above[name] = path
     graph = includes(files)
@@ -248,7 +249,7 @@ def check_core(files):
             public = target.startswith("include/thrum/")
             if not is_core(target) and not (public and os.path.basename(target)[:-2] in CORE_HEADERS):
                 yield f"{path} includes {target}, which is above the core"
-        named = set(re.findall(r'\bthrum_\w+', re.sub(r'"(?:\\.|[^"\\])*"', '""', COMMENT.sub(" ", text))))
+        named = set(re.findall(r'\b[A-Za-z_]\w+', re.sub(r'"(?:\\.|[^"\\])*"', '""', COMMENT.sub(" ", text))))
         for name in sorted(named & above.keys()):
             yield f"{path} names {name} of {above[name]}, which is above the core"
 
@@ -306,6 +307,12 @@ def self_test(files):
         (check_names, {"io/planted.h": "\n", "mesh/planted.h": "\n"}),
         (check_core, {"core/step/planted.c": '#include "runtime/guard/planted.h"\n',
                       "runtime/guard/planted.h": "\n"}),
+        (check_core, {"core/step/planted.c": "#include <runtime/guard/planted.h>\n",
+                      "runtime/guard/planted.h": "\n"}),
+        (check_core, {"core/step/planted.c": "int f(void) {\n  return planted(1);\n}\n",
+                      "platform/planted.c": "int planted(int value) {\n  return value;\n}\n"}),
+        (check_core, {"core/step/planted.c": "extern int thrum_planted[2];\nint *f(void) {\n  return thrum_planted;\n}\n",
+                      "runtime/guard/planted.c": "int thrum_planted[2] = {1, 2};\n"}),
         (check_core, {"core/step/planted.c": '#include "thrum/planted.h"\n', "include/thrum/planted.h": "\n"}),
         (check_core, {"core/step/planted.c": "int f(void) {\n  return thrum_planted(1);\n}\n",
                       "runtime/guard/planted.c": "int thrum_planted(int value) {\n  return value;\n}\n"}),
