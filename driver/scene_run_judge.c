@@ -27,6 +27,7 @@
 #include "platform/clock.h"
 
 #define DISTURBANCE 1e-6 /* of the largest shape of a body, by which its start is off */
+#define ROUNDING 1e-12   /* of the motion of a body: less is left over by sums */
 #define GROWTH_MOST 10   /* of the disturbance, beyond which the runs of a body have parted */
 #define FLOPS_MOST 1e11  /* of the polynomials of all models: about seven seconds */
 #define FLOPS_ASKED 1e12 /* the same where "judge": "on" asks for it */
@@ -512,7 +513,9 @@ static void conclude(const again *a, const sums *of, double seconds) {
     estimate->why = NULL;
     estimate->about = meets(a->run, n);
     estimate->share = sqrt(sum->lacking / sum->moved);
-    if (a->run->bodies[n].spec->free && sum->shape > 0)
+
+    // a body that nothing deforms has no shape to be wrong
+    if (a->run->bodies[n].spec->free && sqrt(sum->shape / sum->moved) > ROUNDING)
       estimate->shape = sqrt(sum->shape_lacking / sum->shape);
     estimate->velocity = sum->fast > 0 ? sqrt(sum->slower / sum->fast) : NAN;
     estimate->until = sum->until;

@@ -383,6 +383,20 @@ static void what_a_small_disturbance_parts_is_not_blamed_on_the_basis(void **sta
   cJSON_Delete(object);
 }
 
+/* A block that falls freely keeps its shape: what rounding leaves of it is not wrong by a share. */
+static void a_shape_of_rounding_is_not_judged(void **state) {
+  (void)state;
+  cJSON *object;
+  const cJSON *estimate = estimate_of(
+      "{\"time\": 0.1, \"dt\": 0.002, \"gravity\": [0, 0, -9.81], \"bodies\": [{\"model\": "
+      "\"beam:4x3x2@0.4x0.3x0.2\", \"free\": true, \"position\": [0, 0, 5]}], \"obstacles\": "
+      "[{\"shape\": \"plane\"}]}",
+      "fall", 0, &object);
+  assert_true(json_value(estimate, "share") < 1e-9);
+  assert_true(cJSON_IsNull(member(estimate, "shape_share")));
+  cJSON_Delete(object);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_basis_without_derivatives_is_flagged_by_what_the_mesh_does),
@@ -398,6 +412,7 @@ int main(void) {
       cmocka_unit_test(frames_do_not_change_how_a_turned_body_is_judged),
       cmocka_unit_test(a_linked_body_is_judged_with_its_scene),
       cmocka_unit_test(what_a_small_disturbance_parts_is_not_blamed_on_the_basis),
+      cmocka_unit_test(a_shape_of_rounding_is_not_judged),
   };
   return cmocka_run_group_tests(tests, make_models, NULL);
 }
