@@ -131,7 +131,7 @@ static void read_arguments(fuzz_draw *draw, int which, const config_command *com
     const unsigned byte = draw_byte(draw);
 
     // files are read below, and help would be printed
-    if (option->letter == 'h' || option->kind == CONFIG_FILE)
+    if (option->helps || option->kind == CONFIG_FILE)
       continue;
     if (option->argument || byte >= 240) {
       draw_words(draw, words[argc++], WORD_BYTES);
