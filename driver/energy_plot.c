@@ -8,11 +8,9 @@
 
 #include "driver/run_plot.h"
 
-#define POINTS_MAX 20000 /* of one curve; more only slow the drawing */
-
 const char *energy_plot_draw(const char *folder, const char *title, int64_t rows) {
   // long series are thinned; strokes and widths tell the curves apart where colours are not
-  const int64_t every = rows / POINTS_MAX + 1;
+  const int64_t every = run_plot_every(rows);
   char curves[600];
   snprintf(curves, sizeof curves,
            "'energy.csv' using 2:3 every %" PRId64 "::1 with lines lc rgb '#6baed6' "

@@ -5,6 +5,7 @@
 
 #include <stdbool.h>
 #include <stddef.h>
+#include <stdint.h>
 
 /* Runs gnuplot, or what THRUM_GNUPLOT names, on `script`, a file's name in `folder`, silent and
  * there; true when it ended well, false also where the variable is empty. */
@@ -15,6 +16,12 @@ bool gnuplot_run(const char *folder, const char *script);
 #define RUN_PLOT_TEXT 200
 #define RUN_PLOT_QUOTED (2 * RUN_PLOT_TEXT + 1)
 void run_plot_quote(const char *text, size_t most, char quoted[RUN_PLOT_QUOTED]);
+
+/* A curve of so many rows has every `run_plot_every`th of them: more only slow the drawing. */
+#define RUN_PLOT_POINTS 20000
+static inline int64_t run_plot_every(int64_t rows) {
+  return rows / RUN_PLOT_POINTS + 1;
+}
 
 /* Curves over the time, from a file with commas in the folder. */
 typedef struct run_plot {

@@ -13,7 +13,9 @@
 #include "io/json.h"
 #include "platform/allocate.h"
 
-#define CURVES_MAX 6 /* in the plot */
+#define CURVES_MAX 6  /* in the plot */
+#define TITLE_MAX 40  /* bytes of a probe's name there, which may double as quotes do */
+#define CURVE_MAX 256 /* of a script, beyond which no curve is with such a title */
 
 /* --- what is followed ------------------------------------------------------------------------- */
 
@@ -143,6 +145,7 @@ thrum_status run_probes_record(run_probes *probes, const run_folder *folder, int
     done = done && fprintf(probes->rows, ",%.17g,%.17g,%.17g", u[0], u[1], u[2]) > 0;
   }
   done = done && fputc('\n', probes->rows) != EOF;
+  probes->row_count++;
   return done ? THRUM_OK : run_folder_write_failed(folder, RUN_PROBES_CSV, error);
 }
 
@@ -179,16 +182,18 @@ void run_probes_plot(run_probes *probes, const run_folder *folder, const char *t
       "lw 2 lc rgb '#08306b'", "dt (8,4) lw 2 lc rgb '#d2600a'",
       "lw 1 lc rgb '#2e8b57'", "dt (2,3) lw 2 lc rgb '#7b3fb3'",
       "lw 1 lc rgb '#6baed6'", "dt (8,4,2,4) lc rgb '#111111'"};
-  char curves[CURVES_MAX * 160] = "";
+  const int64_t every = run_plot_every(probes->row_count);
+  char curves[CURVES_MAX * CURVE_MAX] = "";
   size_t used = 0;
   for (int64_t n = 0; n < probes->count && n < CURVES_MAX; n++) {
     char name[RUN_PLOT_QUOTED];
     const int axis = widest(&probes->list[n]);
-    run_plot_quote(probes->list[n].text, 40, name);
-    used += (size_t)snprintf(
-        curves + used, sizeof curves - used,
-        "%s'" RUN_PROBES_CSV "' using 2:%d every ::1 with lines %s title '%c of %s' noenhanced",
-        n > 0 ? ", \\\n  " : "", (int)(3 + 3 * n + axis), strokes[n], "xyz"[axis], name);
+    run_plot_quote(probes->list[n].text, TITLE_MAX, name);
+    used += (size_t)snprintf(curves + used, sizeof curves - used,
+                             "%s'" RUN_PROBES_CSV "' using 2:%d every %" PRId64
+                             "::1 with lines %s title '%c of %s' noenhanced",
+                             n > 0 ? ", \\\n  " : "", (int)(3 + 3 * n + axis), every, strokes[n],
+                             "xyz"[axis], name);
   }
   if (probes->count > 0)
     probes->plot = run_plot_draw(folder->work, &(run_plot){.script = "probes.gp",

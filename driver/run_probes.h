@@ -26,6 +26,7 @@ typedef struct run_probes {
   bool full;     /* rows are displacements of the mesh */
   double *field; /* 3 vertex_count [m], in which the caller puts them; of the full order alone */
   FILE *rows;
+  int64_t row_count;
   const char *plot; /* the plot's file name once drawn; NULL: none */
 } run_probes;
 
