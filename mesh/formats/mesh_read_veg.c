@@ -16,10 +16,12 @@
 #include "mesh/mesh_builder.h"
 #include "mesh/mesh_groups.h"
 #include "mesh/mesh_grow.h"
+#include "platform/allocate.h"
 
 typedef struct veg_material {
   thrum_word name;
   thrum_material values;
+  bool used; /* an element is of it */
 } veg_material;
 
 typedef struct veg_set {
@@ -32,7 +34,7 @@ typedef struct veg_set {
 typedef struct veg_region {
   thrum_word set, material;
   thrum_text place;
-  thrum_material values; /* of the material, once all is read */
+  int64_t of; /* the index of the material, once all is read */
 } veg_region;
 
 typedef struct veg_reader {
@@ -113,6 +115,11 @@ static thrum_status rest_name(veg_reader *r, const char *end, thrum_word *name) 
   while (end > text->at && (end[-1] == ' ' || end[-1] == '\t'))
     end--;
   *name = (thrum_word){.text = text->at, .length = (size_t)(end - text->at)};
+
+  // a region divides its names at a comma, so that nothing could name it
+  if (memchr(name->text, ',', name->length))
+    return thrum_text_fail(text, THRUM_BAD_FORMAT, "a name holds a comma: '%s'",
+                           thrum_text_excerpt(*name).text);
   return thrum_mesh_name_check(text, *name);
 }
 
@@ -356,6 +363,32 @@ static thrum_status rebase_sets(veg_reader *r, const char *path) {
   return THRUM_OK;
 }
 
+/* Vega has the set of all elements always, and passes over another one of its name. */
+static thrum_status check_all_elements(const veg_reader *r, const char *path) {
+  for (int64_t s = 0; s < r->set_count; s++) {
+    const veg_set *set = &r->sets[s];
+    if (!thrum_text_equals(set->name, "allElements"))
+      continue;
+
+    // each element must be there; one that comes twice does no harm
+    unsigned char *seen = NULL;
+    int64_t count = 0;
+    THRUM_TRY(thrum_reserve(&seen, r->builder.tet_count, 1, "elements", r->error));
+    memset(seen, 0, (size_t)r->builder.tet_count);
+    for (int64_t i = 0; i < set->count; i++) {
+      count += !seen[set->elements[i]];
+      seen[set->elements[i]] = 1;
+    }
+    free(seen);
+    if (count < r->builder.tet_count)
+      return thrum_error_set(r->error, THRUM_UNSUPPORTED,
+                             "%.150s: the set allElements holds %lld of %lld elements, but it "
+                             "stands for all; give it another name",
+                             path, (long long)count, (long long)r->builder.tet_count);
+  }
+  return THRUM_OK;
+}
+
 /* Finds the set of a region, where NULL stands for all elements; returns false when there is none.
  */
 static bool find_set(const veg_reader *r, thrum_word name, const veg_set **set) {
@@ -386,7 +419,7 @@ static thrum_status apply_region(veg_reader *r, int64_t index) {
                            thrum_text_excerpt(region->material).text);
 
   // a later region overrides an earlier one, as in Vega
-  region->values = r->materials[material].values;
+  region->of = material;
   const int64_t count = set ? set->count : r->builder.tet_count;
   for (int64_t i = 0; i < count; i++)
     r->builder.keys[set ? set->elements[i] : i] = index;
@@ -425,7 +458,7 @@ static thrum_status add_groups(veg_reader *r) {
 }
 
 /* Sets the material of each region; without regions the whole body is one, of the one material. */
-static thrum_status set_materials(const veg_reader *r, thrum_mesh *mesh) {
+static thrum_status set_materials(veg_reader *r, thrum_mesh *mesh) {
   mesh->has_material = r->material_count > 0;
   for (int64_t i = 0; i < mesh->region_count && mesh->has_material; i++) {
     if (r->region_count == 0) {
@@ -435,9 +468,16 @@ static thrum_status set_materials(const veg_reader *r, thrum_mesh *mesh) {
 
     // a region has the name of its set
     const veg_region *region = &r->regions[r->builder.region_keys[i]];
-    mesh->materials[i] = region->values;
+    mesh->materials[i] = r->materials[region->of].values;
+    r->materials[region->of].used = true;
     THRUM_TRY(thrum_mesh_name_region(mesh, i, region->set.text, region->set.length, r->error));
   }
+
+  // a material without elements is probably an oversight, but Vega has it too
+  for (int64_t i = 0; i < r->material_count && r->region_count > 0; i++)
+    if (!r->materials[i].used)
+      thrum_mesh_add_note(mesh, "no element is of the material '%s'",
+                          thrum_text_excerpt(r->materials[i].name).text);
   return THRUM_OK;
 }
 
@@ -457,6 +497,7 @@ static thrum_status read_all(veg_reader *r, const char *path, thrum_mesh *mesh) 
                            "%.150s: there is no %s; is it a Vega mesh, and is it whole?", path,
                            r->has_vertices ? "*ELEMENTS" : "*VERTICES");
   THRUM_TRY(rebase_sets(r, path));
+  THRUM_TRY(check_all_elements(r, path));
   THRUM_TRY(apply_regions(r, path));
   THRUM_TRY(add_groups(r));
   THRUM_TRY(thrum_builder_finish(&r->builder, path, mesh));

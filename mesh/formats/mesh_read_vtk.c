@@ -7,6 +7,7 @@
  * file.
  *
  * SPDX-License-Identifier: Apache-2.0 */
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -40,14 +41,15 @@ static const unsigned char *take_bytes(vtk_reader *r, int64_t count, int size) {
   return bytes;
 }
 
-static thrum_status ascii_values(vtk_reader *r, int64_t count, double *values) {
+static thrum_status ascii_values(vtk_reader *r, bool whole, int64_t count, double *values) {
   for (int64_t i = 0; i < count; i++) {
     thrum_word word = {"", 0};
     THRUM_TRY(thrum_text_need_word(&r->text, "the last number of an array"));
     thrum_text_word(&r->text, &word);
-    if (thrum_text_scan_fortran(word.text, word.text + word.length, &values[i]) != word.length)
-      return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, "expected a number, found '%s'",
-                             thrum_text_excerpt(word).text);
+    const size_t used = thrum_text_scan_fortran(word.text, word.text + word.length, &values[i]);
+    if (used != word.length || (whole && values[i] != floor(values[i])))
+      return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, "expected a %snumber, found '%s'",
+                             whole ? "whole " : "", thrum_text_excerpt(word).text);
   }
   return THRUM_OK;
 }
@@ -87,7 +89,7 @@ static thrum_status read_values(vtk_reader *r, thrum_cells_type type, int64_t co
       read[i] = thrum_cells_number(type, bytes + i * type.size, false);
   } else {
     r->text.at = r->text.end;
-    status = ascii_values(r, count, read);
+    status = ascii_values(r, type.whole, count, read);
   }
 
   if (status < 0)
@@ -185,6 +187,9 @@ static thrum_status read_old_cells(vtk_reader *r, int64_t count, int64_t size) {
     kept += length;
     ends[c] = (double)kept;
   }
+  if (status >= 0 && at < size)
+    status = thrum_text_fail(&r->text, THRUM_BAD_FORMAT,
+                             "CELLS has %lld numbers more than its cells", (long long)(size - at));
 
   // the grid takes the arrays over, also when it fails
   const thrum_cells_array arrays[] = {
@@ -220,6 +225,8 @@ static thrum_status read_new_cells(vtk_reader *r, int64_t offsets, int64_t size)
   // offsets are beginnings and begin with 0, but the grid wants the ends alone
   thrum_cells_array *ends = &r->cells.arrays[r->cells.array_count - 2];
   if (ends->count > 0) {
+    if (ends->values[0] != 0)
+      return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, "OFFSETS must begin with 0");
     ends->count--;
     memmove(ends->values, ends->values + 1, (size_t)ends->count * sizeof *ends->values);
   }
@@ -275,7 +282,7 @@ static thrum_status skip_metadata(vtk_reader *r) {
 
 /* Reads `LOOKUP_TABLE name size`: colours of four numbers, which are bytes or from 0 to 1. */
 static thrum_status read_lookup_table(vtk_reader *r) {
-  static const thrum_cells_type byte = {1, true, false};
+  static const thrum_cells_type byte = {1, false, false};
   thrum_word name = {"", 0};
   int64_t size = 0;
   thrum_text_word(&r->text, &name);
@@ -333,6 +340,10 @@ static thrum_status read_field(vtk_reader *r) {
     THRUM_TRY(thrum_text_integer(&r->text, "the number of columns", 0, 1000000, &columns));
     THRUM_TRY(thrum_text_integer(&r->text, "the number of tuples", 0, INT32_MAX, &tuples));
     THRUM_TRY(read_type(r, &type));
+    if (r->place != THRUM_CELLS_OTHER && tuples > 0 && tuples != r->tuples)
+      return thrum_text_fail(
+          &r->text, THRUM_BAD_SHAPE, "array '%s' has %lld rows where the section says %lld",
+          thrum_text_excerpt(name).text, (long long)tuples, (long long)r->tuples);
     THRUM_TRY(take_array(r, r->place, name, type, columns, columns * tuples));
   }
   return THRUM_OK;

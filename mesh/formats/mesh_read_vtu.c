@@ -1,9 +1,11 @@
-/* Reads VTK XML files (.vtu) with one UnstructuredGrid: arrays in ASCII, in base64 inline, or
- * appended raw or in base64, of either byte order, headers UInt32 or UInt64, as they are or
- * compressed by zlib. An array of bytes is its length and then its bytes; a compressed one is the
- * number of its blocks, the size of a block and of a shorter last one before compression, the size
- * of each after it, and then the blocks. The XML is read by expat up to <AppendedData>,
- * behind which the bytes of raw arrays are no XML.
+/* Reads VTK XML files (.vtu) with one UnstructuredGrid of one piece, versions to 2: arrays in
+ * ASCII, in base64 inline, or appended raw or in base64, of either byte order, headers UInt32 or
+ * UInt64, as they are or compressed by zlib. An array of bytes is its length and then its bytes; a
+ * compressed one is the number of its blocks, the size of a block and of a shorter last one before
+ * compression, the size of each after it, and then the blocks. The XML is read by expat up to
+ * <AppendedData>, behind which the bytes of raw arrays are no XML. A word that the format does not
+ * have, an array of another length than its points or cells, and a fraction in whole numbers are
+ * refused.
  *
  * Format: https://docs.vtk.org/en/latest/vtk_file_formats/vtkxml_file_format.html
  *
@@ -11,6 +13,7 @@
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include <expat.h>
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 #include <zlib.h>
@@ -31,6 +34,7 @@ typedef struct vtu_array {
   thrum_cells_type type;
   int64_t line; /* of its element */
   bool base64;
+  bool bits; /* eight numbers a byte, unless they are words */
   bool appended;
   int64_t offset; /* in the appended bytes */
 } vtu_array;
@@ -40,11 +44,11 @@ typedef struct vtu_reader {
   const char *first, *stop; /* the whole file */
   XML_Parser parser;
   thrum_status status; /* of the first failure in a handler */
-  bool has_file, has_piece, little, compressed;
+  bool has_file, has_piece, big, compressed;
   int header_size; /* 4 or 8 bytes of length in front of bytes */
   thrum_cells_place place;
-  vtu_array open;  /* the array whose element is open */
-  bool collecting; /* its text goes to `text` */
+  vtu_array open; /* the array whose element is open */
+  int64_t nested; /* elements inside it that are open; without any, its text goes to `text` */
   char *text;
   int64_t text_size;
   vtu_array *waiting; /* appended arrays, in the order of their elements */
@@ -83,6 +87,22 @@ static const char *attribute(const char **attributes, const char *key) {
 static bool attribute_is(const char **attributes, const char *key, const char *wanted) {
   const char *value = attribute(attributes, key);
   return value && thrum_text_equals(thrum_word_of(value), wanted);
+}
+
+/* Tells in *second which of two words an attribute is; it is unchanged when the attribute is not
+ * there, and any other word is refused. */
+static thrum_status attribute_choice(vtu_reader *r, const char **attributes, const char *key,
+                                     const char *first_word, const char *second_word,
+                                     bool *second) {
+  const char *value = attribute(attributes, key);
+  const bool is_second = attribute_is(attributes, key, second_word);
+  if (value && !is_second && !attribute_is(attributes, key, first_word))
+    return thrum_error_set(r->error, THRUM_UNSUPPORTED,
+                           "%.200s:%lld: %s is '%s'; expected %s or %s", r->name,
+                           (long long)line_now(r), key,
+                           thrum_text_excerpt(thrum_word_of(value)).text, first_word, second_word);
+  *second = value ? is_second : *second;
+  return THRUM_OK;
 }
 
 /* Reads an attribute as a whole number; *number is unchanged when it is not there. */
@@ -149,10 +169,10 @@ static size_t decode_base64(const char *at, const char *stop, unsigned char *byt
 static uint64_t header_value(const vtu_reader *r, const unsigned char *bytes) {
   const thrum_cells_type type = {4, true, false};
   if (r->header_size == 4)
-    return (uint64_t)thrum_cells_number(type, bytes, r->little);
+    return (uint64_t)thrum_cells_number(type, bytes, !r->big);
   uint64_t value = 0;
   for (int i = 0; i < 8; i++)
-    value = value << 8 | bytes[r->little ? 7 - i : i];
+    value = value << 8 | bytes[!r->big ? 7 - i : i];
   return value;
 }
 
@@ -297,18 +317,32 @@ static thrum_status find_bytes(vtu_reader *r, const vtu_array *a, const char *at
   return THRUM_OK;
 }
 
+/* Numbers that an array of data has. */
+static int64_t numbers_expected(const vtu_reader *r, const vtu_array *a) {
+  return a->array.columns *
+         (a->array.place == THRUM_CELLS_POINT_DATA ? r->cells.point_count : r->cells.cell_count);
+}
+
 static thrum_status read_bytes(vtu_reader *r, vtu_array *a, const char *at, const char *stop) {
   const unsigned char *bytes = NULL;
   unsigned char *owned = NULL;
   uint64_t size = 0;
   thrum_status status = find_bytes(r, a, at, stop, &bytes, &size, &owned);
+  if (status >= 0 && size % (uint64_t)a->type.size != 0)
+    status = fail_at(r, a->line, THRUM_BAD_FORMAT, "an array ends within a number");
   a->array.count = (int64_t)(size / (uint64_t)a->type.size);
+
+  // the last byte of bits is filled up, so that the points or cells tell how many there are
+  const int64_t bits = a->bits ? numbers_expected(r, a) : 0;
+  if (a->bits && a->array.count == (bits + 7) / 8)
+    a->array.count = bits;
   THRUM_THEN(status,
              thrum_reserve(&a->array.values, a->array.count, sizeof(double), "an array", r->error));
 
   // all types become double, which holds every index exactly
   for (int64_t i = 0; i < a->array.count && status >= 0; i++)
-    a->array.values[i] = thrum_cells_number(a->type, bytes + i * a->type.size, r->little);
+    a->array.values[i] = a->bits ? (bytes[i / 8] >> (7 - i % 8) & 1)
+                                 : thrum_cells_number(a->type, bytes + i * a->type.size, !r->big);
   free(owned);
   return status;
 }
@@ -329,10 +363,12 @@ static thrum_status read_numbers(vtu_reader *r, vtu_array *a, const char *at, co
     while (end < stop && !is_space(*end))
       end++;
     const size_t used = thrum_text_scan_number(p, end, &a->array.values[a->array.count]);
-    if (used == 0 || p + used != end)
+    const double value = a->array.values[a->array.count];
+    if (used == 0 || p + used != end || (a->type.whole && value != floor(value)))
       return thrum_error_set(r->error, THRUM_BAD_FORMAT,
-                             "%.200s:%lld: array '%s': expected a number, found '%s'", r->name,
+                             "%.200s:%lld: array '%s': expected a %snumber, found '%s'", r->name,
                              (long long)line, thrum_text_excerpt(thrum_word_of(a->array.name)).text,
+                             a->type.whole ? "whole " : "",
                              thrum_text_excerpt((thrum_word){p, (size_t)(end - p)}).text);
     a->array.count++;
     p = end;
@@ -340,8 +376,26 @@ static thrum_status read_numbers(vtu_reader *r, vtu_array *a, const char *at, co
   return THRUM_OK;
 }
 
+/* Checks that data has its numbers for each point or cell. */
+static thrum_status check_length(vtu_reader *r, const vtu_array *a) {
+  const bool of_points = a->array.place == THRUM_CELLS_POINT_DATA;
+  if (!of_points && a->array.place != THRUM_CELLS_CELL_DATA)
+    return THRUM_OK;
+  const int64_t rows = of_points ? r->cells.point_count : r->cells.cell_count;
+  if (a->array.count == numbers_expected(r, a))
+    return THRUM_OK;
+  return thrum_error_set(r->error, THRUM_BAD_SHAPE,
+                         "%.200s:%lld: array '%s' has %lld numbers, which is not %lld for each of "
+                         "the %lld %s",
+                         r->name, (long long)a->line,
+                         thrum_text_excerpt(thrum_word_of(a->array.name)).text,
+                         (long long)a->array.count, (long long)a->array.columns, (long long)rows,
+                         of_points ? "points" : "cells");
+}
+
 /* Hands an array that was read to the grid; frees it when reading failed. */
 static thrum_status keep_array(vtu_reader *r, vtu_array *a, thrum_status status) {
+  THRUM_THEN(status, check_length(r, a));
   if (status < 0) {
     free(a->array.values);
     return status;
@@ -370,26 +424,32 @@ static thrum_status begin_array(vtu_reader *r, const char **attributes) {
     return THRUM_OK;
 
   // an array such as one of String is no part of a mesh, so it may stand beside the grid
+  a.bits = type && strcmp(type, "Bit") == 0;
   if (type)
-    a.type = thrum_cells_type_of(thrum_word_of(type));
+    a.type = thrum_cells_type_of(thrum_word_of(a.bits ? "UInt8" : type));
   if (a.type.size == 0)
     return a.array.place == THRUM_CELLS_POINT_DATA || a.array.place == THRUM_CELLS_CELL_DATA
                ? THRUM_OK
                : fail(r, THRUM_UNSUPPORTED, "an array of the grid has a type that is not read");
   a.array.whole = a.type.whole;
   THRUM_TRY(attribute_integer(r, attributes, "NumberOfComponents", 1000000, &a.array.columns));
+  if (a.array.place == THRUM_CELLS_POINTS && attribute(attributes, "NumberOfComponents") &&
+      a.array.columns != 3)
+    return fail(r, THRUM_UNSUPPORTED, "points must have three coordinates (NumberOfComponents)");
 
   // the bytes of appended arrays come at the end of the file
   if (attribute_is(attributes, "format", "appended")) {
+    if (!attribute(attributes, "offset"))
+      return fail(r, THRUM_BAD_FORMAT, "an appended array has no offset");
     THRUM_TRY(attribute_integer(r, attributes, "offset", INT64_MAX, &a.offset));
     a.appended = true;
     return thrum_mesh_append(&r->waiting, &r->waiting_count, &a, sizeof a, r->error);
   }
 
   // the text of the element holds the numbers, as words or in base64
-  a.base64 = attribute_is(attributes, "format", "binary");
+  THRUM_TRY(attribute_choice(r, attributes, "format", "ascii", "binary", &a.base64));
   r->open = a;
-  r->collecting = true;
+  r->nested = 0;
   r->text_size = 0;
   return THRUM_OK;
 }
@@ -397,7 +457,6 @@ static thrum_status begin_array(vtu_reader *r, const char **attributes) {
 static thrum_status end_array(vtu_reader *r) {
   vtu_array a = r->open;
   r->open = (vtu_array){.line = 0};
-  r->collecting = false;
   if (a.line == 0)
     return THRUM_OK;
 
@@ -416,7 +475,7 @@ static thrum_status read_piece(vtu_reader *r, const char **attributes) {
   r->has_piece = true;
   THRUM_TRY(attribute_integer(r, attributes, "NumberOfPoints", INT32_MAX, &r->cells.point_count));
   THRUM_TRY(
-      attribute_integer(r, attributes, "NumberOfCells", INT64_MAX / 64, &r->cells.cell_count));
+      attribute_integer(r, attributes, "NumberOfCells", INT64_C(1) << 40, &r->cells.cell_count));
 
   // constant arrays shrink to a thousandth, but the numbers of corners differ
   const int64_t most = PER_BYTE * (r->stop - r->first);
@@ -427,6 +486,9 @@ static thrum_status read_piece(vtu_reader *r, const char **attributes) {
 
 static thrum_status read_file_element(vtu_reader *r, const char **attributes) {
   r->has_file = true;
+  if (attribute_is(attributes, "type", "PUnstructuredGrid"))
+    return fail(r, THRUM_UNSUPPORTED,
+                "names the files of a parallel grid; save the grid as one .vtu file");
   if (!attribute_is(attributes, "type", "UnstructuredGrid"))
     return fail(r, THRUM_UNSUPPORTED, "is no UnstructuredGrid, so it has no tetrahedra to read");
   const char *compressor = attribute(attributes, "compressor");
@@ -435,8 +497,24 @@ static thrum_status read_file_element(vtu_reader *r, const char **attributes) {
     return fail(r, THRUM_UNSUPPORTED,
                 "is compressed in a way that is not read; save it with Compressor Type ZLib or "
                 "None");
-  r->little = !attribute_is(attributes, "byte_order", "BigEndian");
-  r->header_size = attribute_is(attributes, "header_type", "UInt64") ? 8 : 4;
+
+  // VTK's own reader refuses the versions beyond 2 as well
+  const char *version = attribute(attributes, "version");
+  double number = 0;
+  if (version)
+    thrum_text_scan_number(version, version + strlen(version), &number);
+  if (number >= 3)
+    return thrum_error_set(r->error, THRUM_UNSUPPORTED,
+                           "%.200s:%lld: is of version %s, which is not known; versions to 2 are "
+                           "read",
+                           r->name, (long long)line_now(r),
+                           thrum_text_excerpt(thrum_word_of(version)).text);
+
+  // a word that is not known could mean other bytes
+  bool wide = false;
+  THRUM_TRY(attribute_choice(r, attributes, "byte_order", "LittleEndian", "BigEndian", &r->big));
+  THRUM_TRY(attribute_choice(r, attributes, "header_type", "UInt32", "UInt64", &wide));
+  r->header_size = wide ? 8 : 4;
   return THRUM_OK;
 }
 
@@ -445,7 +523,8 @@ static thrum_status find_appended(vtu_reader *r, const char **attributes) {
   const char *behind =
       r->first + XML_GetCurrentByteIndex(r->parser) + XML_GetCurrentByteCount(r->parser);
   const char *mark = behind < r->stop ? memchr(behind, '_', (size_t)(r->stop - behind)) : NULL;
-  r->appended_base64 = !attribute_is(attributes, "encoding", "raw");
+  r->appended_base64 = true;
+  THRUM_TRY(attribute_choice(r, attributes, "encoding", "raw", "base64", &r->appended_base64));
   if (!mark)
     return fail(r, THRUM_BAD_FORMAT, "the appended data has no '_' to count from");
   r->appended = mark + 1;
@@ -482,8 +561,11 @@ static void XMLCALL begin_element(void *reader, const char *element, const char 
   if (r->status < 0)
     return;
 
-  // elements inside an array, such as InformationKey, end its numbers
-  r->collecting = false;
+  // elements inside an array, such as InformationKey, hold none of its numbers
+  if (r->open.line > 0) {
+    r->nested++;
+    return;
+  }
   const thrum_cells_place *place = place_of(element);
   if (place)
     r->place = *place;
@@ -503,6 +585,10 @@ static void XMLCALL end_element(void *reader, const char *element) {
   vtu_reader *r = reader;
   if (r->status < 0)
     return;
+  if (r->nested > 0) {
+    r->nested--;
+    return;
+  }
   if (place_of(element))
     r->place = THRUM_CELLS_OTHER;
   if (strcmp(element, "DataArray") == 0)
@@ -511,7 +597,7 @@ static void XMLCALL end_element(void *reader, const char *element) {
 
 static void XMLCALL take_text(void *reader, const char *text, int length) {
   vtu_reader *r = reader;
-  if (r->status < 0 || !r->collecting || length <= 0)
+  if (r->status < 0 || r->open.line == 0 || r->nested > 0 || length <= 0)
     return;
 
   // expat gives the text of an element in pieces

@@ -113,15 +113,18 @@ static const thrum_cells_array *find_cell_data(const thrum_cells *cells, const c
   return a && a->count == cells->cell_count ? a : NULL;
 }
 
-/* Finds the whole numbers of the cells that tell regions, under the names that programs give them.
- */
+static const char GHOSTS[] = "vtkGhostType"; /* cell data of what VTK hides or has twice */
+
+/* The names that programs give to cell data that tells regions. */
+static const char *const REGION_NAMES[] = {
+    "region",        "regions",   "MaterialIds", "material",  "CellEntityIds",
+    "gmsh:physical", "medit:ref", "RegionId",    "attribute", "mat_id",
+    "material_id",   "MatID",     "cell_tags",   "PartId"};
+enum { REGION_NAMES_COUNT = sizeof REGION_NAMES / sizeof *REGION_NAMES };
+
 static const thrum_cells_array *find_region(const thrum_cells *cells) {
-  static const char *const names[] = {"region",        "regions",       "MaterialIds", "material",
-                                      "CellEntityIds", "gmsh:physical", "medit:ref",   "RegionId",
-                                      "attribute",     "mat_id",        "material_id", "MatID",
-                                      "cell_tags",     "PartId"};
-  for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
-    const thrum_cells_array *a = find_cell_data(cells, names[i]);
+  for (int i = 0; i < REGION_NAMES_COUNT; i++) {
+    const thrum_cells_array *a = find_cell_data(cells, REGION_NAMES[i]);
     if (a && a->whole)
       return a;
   }
@@ -165,6 +168,15 @@ static thrum_status find_grid(const thrum_cells *cells, grid *g) {
                            g->name, (long long)g->points->count, (long long)g->types->count,
                            (long long)g->offsets->count, (long long)cells->point_count,
                            (long long)cells->cell_count);
+
+  // what no cell holds would be lost
+  const int64_t cells_end = g->offsets->count - 1;
+  if (cells_end >= 0 && g->offsets->values[cells_end] < (double)g->connectivity->count)
+    return thrum_error_set(
+        g->error, THRUM_BAD_SHAPE,
+        "%.200s: the last cell ends at %.17g of the connectivity, which has %lld "
+        "numbers",
+        g->name, g->offsets->values[cells_end], (long long)g->connectivity->count);
 
   // a point at infinity would make every later computation useless
   for (int64_t i = 0; i < g->points->count; i++)
@@ -252,8 +264,8 @@ static thrum_status add_cell(const grid *g, int64_t cell, double first, thrum_me
     const double v = g->connectivity->values[(int64_t)first + a];
 
     // converting a number beyond the integers would be undefined
-    if (!(v >= 0 && v < 2147483648.0))
-      return bad_cell(g, cell, "names a point that is out of range");
+    if (!(v >= 0 && v < 2147483648.0 && v == floor(v)))
+      return bad_cell(g, cell, "names a point that is out of range or no whole number");
     vertices[a] = (int64_t)v;
   }
 
@@ -275,9 +287,51 @@ static thrum_status add_cell(const grid *g, int64_t cell, double first, thrum_me
                                                    .key = region_key(g, cell)});
 }
 
+/* Refuses cells that are hidden, or are copies of another piece's. */
+static thrum_status check_ghosts(const thrum_cells *cells, const grid *g) {
+  enum { COPY = 1, REFINED = 8, HIDDEN = 32 };
+  const thrum_cells_array *types = find_cell_data(cells, GHOSTS);
+  const thrum_cells_array *levels = find_cell_data(cells, "vtkGhostLevels");
+
+  // other bits of the type say where a cell lies, and any level above 0 is a copy
+  for (int64_t c = 0; c < cells->cell_count && (types || levels); c++) {
+    const double type = types ? types->values[c] : 0;
+    const int bits = type >= 0 && type < 256 ? (int)type : 0;
+    if ((bits & (COPY | REFINED | HIDDEN)) || (levels && levels->values[c] > 0))
+      return thrum_error_set(g->error, THRUM_UNSUPPORTED,
+                             "%.200s: cell %lld is a ghost or hidden ('%s'), which is not read; "
+                             "save the grid without ghost cells",
+                             g->name, (long long)c, types ? types->name : levels->name);
+  }
+  return THRUM_OK;
+}
+
+static thrum_status comes_twice(const grid *g, const thrum_cells_array *a) {
+  static const char *const grid_words[] = {"points", "connectivity", "offsets", "types"};
+  const char *name = a->place <= THRUM_CELLS_TYPES ? grid_words[a->place] : a->name;
+  return thrum_error_set(g->error, THRUM_UNSUPPORTED,
+                         "%.200s: the array '%s' comes twice, as of several time steps; save one "
+                         "of them",
+                         g->name, thrum_text_excerpt(thrum_word_of(name)).text);
+}
+
+/* Refuses arrays of the grid, of regions and of materials that are there twice. */
+static thrum_status check_once(const thrum_cells *cells, const grid *g) {
+  const thrum_cells_array *const used[] = {g->points, g->connectivity, g->offsets, g->types,
+                                           g->region, g->young,        g->poisson, g->density};
+  for (size_t u = 0; u < sizeof used / sizeof *used; u++)
+    for (int64_t i = 0; i < cells->array_count && used[u]; i++) {
+      const thrum_cells_array *a = &cells->arrays[i];
+      if (a != used[u] && a->place == used[u]->place &&
+          (a->place <= THRUM_CELLS_TYPES || strcmp(a->name, used[u]->name) == 0))
+        return comes_twice(g, a);
+    }
+  return THRUM_OK;
+}
+
 /* Makes a group of whole point data of one column whose values are 0 and 1; without any 1 there is
  * no group. */
-static thrum_status add_group(const thrum_cells *cells, const thrum_cells_array *a,
+static thrum_status add_group(const thrum_cells *cells, const grid *g, const thrum_cells_array *a,
                               thrum_mesh_builder *b) {
   if (a->place != THRUM_CELLS_POINT_DATA || !a->whole || a->columns > 1 ||
       a->count != cells->point_count || thrum_mesh_name_fault(a->name, strlen(a->name)))
@@ -288,8 +342,12 @@ static thrum_status add_group(const thrum_cells *cells, const thrum_cells_array 
     if (a->values[i] != 0 && a->values[i] != 1)
       return THRUM_OK;
 
+  // arrays of one name would become one list
   int64_t list = 0;
+  const int64_t before = b->list_count;
   THRUM_TRY(thrum_builder_list(b, a->name, strlen(a->name), &list));
+  if (b->list_count == before)
+    return comes_twice(g, a);
   for (int64_t i = 0; i < a->count; i++)
     if (a->values[i] == 1)
       THRUM_TRY(thrum_builder_add(b, list, i));
@@ -344,6 +402,13 @@ static thrum_status find_named_region(const thrum_cells *cells, const char *name
   return THRUM_OK;
 }
 
+static bool names_region(const thrum_cells_array *a) {
+  int i = 0;
+  while (i < REGION_NAMES_COUNT && !thrum_text_equals(thrum_word_of(a->name), REGION_NAMES[i]))
+    i++;
+  return i < REGION_NAMES_COUNT;
+}
+
 /* Tells which cell data was taken for the regions by its name, or which could be: whole numbers of
  * more than one value. */
 static void note_regions(const thrum_cells *cells, const grid *g, bool named, thrum_mesh *mesh) {
@@ -358,17 +423,33 @@ static void note_regions(const thrum_cells *cells, const grid *g, bool named, th
   // numbers of one value would make one region
   for (int64_t i = 0; i < cells->array_count; i++) {
     const thrum_cells_array *a = &cells->arrays[i];
+    if (a->place != THRUM_CELLS_CELL_DATA || !(a->whole || names_region(a)) ||
+        strcmp(a->name, GHOSTS) == 0)
+      continue;
     int64_t c = 1;
     while (c < a->count && a->values[c] == a->values[0])
       c++;
-    if (a->place == THRUM_CELLS_CELL_DATA && a->whole && a->count == cells->cell_count &&
-        c < a->count)
+    if (a->count == cells->cell_count && c < a->count)
       thrum_mesh_add_note(mesh,
                           "the cell data '%s' is not used; if it tells regions, give "
                           "--regions %s",
                           thrum_text_excerpt(thrum_word_of(a->name)).text,
                           thrum_text_excerpt(thrum_word_of(a->name)).text);
+    else if (a->count != cells->cell_count && names_region(a))
+      thrum_mesh_add_note(mesh, "the cell data '%s' is not used: it has not one number a cell",
+                          thrum_text_excerpt(thrum_word_of(a->name)).text);
   }
+}
+
+/* Names the parts of a material that are there without the others. */
+static void note_materials(const thrum_cells *cells, thrum_mesh *mesh) {
+  static const char *const names[] = {"young", "poisson", "density"};
+  for (size_t i = 0; i < sizeof names / sizeof *names && !mesh->has_material; i++)
+    if (find(cells, THRUM_CELLS_CELL_DATA, names[i]))
+      thrum_mesh_add_note(mesh,
+                          "the cell data '%s' is not used: a material is young, poisson and "
+                          "density, each of one number a cell",
+                          names[i]);
 }
 
 static thrum_status build(const thrum_cells *cells, const char *regions, grid *g,
@@ -376,12 +457,14 @@ static thrum_status build(const thrum_cells *cells, const char *regions, grid *g
   THRUM_TRY(find_grid(cells, g));
   if (regions)
     THRUM_TRY(find_named_region(cells, regions, g));
+  THRUM_TRY(check_ghosts(cells, g));
+  THRUM_TRY(check_once(cells, g));
   for (int64_t v = 0; v < cells->point_count; v++)
     THRUM_TRY(thrum_builder_vertex(b, v, g->points->values + 3 * v, 0));
   for (int64_t c = 0; c < cells->cell_count; c++)
     THRUM_TRY(add_cell(g, c, c > 0 ? g->offsets->values[c - 1] : 0, b));
   for (int64_t i = 0; i < cells->array_count; i++)
-    THRUM_TRY(add_group(cells, &cells->arrays[i], b));
+    THRUM_TRY(add_group(cells, g, &cells->arrays[i], b));
 
   // regions are known only when all cells were added
   THRUM_TRY(thrum_builder_finish(b, g->name, mesh));
@@ -389,6 +472,7 @@ static thrum_status build(const thrum_cells *cells, const char *regions, grid *g
   if (g->region)
     THRUM_TRY(thrum_builder_name_regions(b, mesh));
   note_regions(cells, g, regions != NULL, mesh);
+  note_materials(cells, mesh);
 
   // regions are groups where the file has none of its own
   return mesh->group_count > 0 ? THRUM_OK : thrum_builder_region_groups(b, "region", true, mesh);

@@ -206,6 +206,30 @@ static void element_sets_become_regions_and_groups(void **state) {
   thrum_mesh_free(&m);
 }
 
+/* Vega's own reader passes over these as well, but a user may have meant them. */
+static void a_material_that_no_element_has_is_said(void **state) {
+  (void)state;
+  static const struct {
+    const char *more, *note;
+  } cases[] = {
+      {"*REGION\nallElements, BODY\n", "no element is of the material 'C'"},
+      {"*REGION\nallElements, BODY\n*REGION\nallElements, C\n",
+       "no element is of the material 'BODY'"},
+      {"*SET s\n1\n*REGION\ns, C\n*REGION\nallElements, BODY\n",
+       "no element is of the material 'C'"},
+      {"*SET s\n2\n*SET allElements\n2 1\n*REGION\nallElements, BODY\n*REGION\ns, C\n", NULL}};
+  for (size_t n = 0; n < sizeof cases / sizeof *cases; n++) {
+    char text[2000];
+    snprintf(text, sizeof text, "%s*MATERIAL C\nENU, 2000, 5e6, 0.3\n%s",
+             VEG_VERTICES VEG_TWO_TETS MATERIAL, cases[n].more);
+    thrum_mesh m = mesh_good("two.veg", text);
+    assert_int_equal(m.note_count, cases[n].note ? 1 : 0);
+    if (cases[n].note)
+      assert_string_equal(m.notes[0].text, cases[n].note);
+    thrum_mesh_free(&m);
+  }
+}
+
 static void a_veg_without_material_says_so(void **state) {
   (void)state;
   thrum_mesh m = mesh_good("bare.veg", VEG_VERTICES VEG_TWO_TETS);
@@ -454,6 +478,7 @@ int main(void) {
       // VegaFEM's format
       cmocka_unit_test(a_veg_may_come_in_any_dress),
       cmocka_unit_test(element_sets_become_regions_and_groups),
+      cmocka_unit_test(a_material_that_no_element_has_is_said),
       cmocka_unit_test(a_veg_without_material_says_so),
       cmocka_unit_test(included_files_are_read_in_place),
 

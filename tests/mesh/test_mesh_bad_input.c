@@ -172,7 +172,17 @@ static void bad_materials_and_regions_are_refused_with_their_line(void **state) 
       {MESH "*SET\n1\n", ":13: a name is empty"},
       {MESH "*SET a\x01z\n1\n", ":13: a name holds a control character"},
       {MESH "*SET a\xe9z\n1\n", ":13: a name is not UTF-8"},
-      {"*SET s\n1, 3\n" MESH, "set 's' names element 3, but there are 2"}};
+      {"*SET s\n1, 3\n" MESH, "set 's' names element 3, but there are 2"},
+      {MESH "*SET allElements\n1, 1\n",
+       "the set allElements holds 1 of 2 elements, but it stands for all; give it another name"},
+
+      // a region divides its two names at a comma
+      {MESH "*SET, s\n1\n", ":13: a name holds a comma: ', s'"},
+      {MESH "*MATERIAL B, C\nENU,1,1,0\n", ":13: a name holds a comma: 'B, C'"},
+      {MESH "*MATERIAL B\nENU,1,1,0\n*REGION\nallElements, B, C\n", ":16: a name holds a comma"},
+      {MESH "*MATERIAL B\nORTHOTROPIC_N1G1R9,1,1,1,1,0,1\n", ":14: material 'ORTHOTROPIC_N1G1R9' "},
+      {MESH "*MATERIAL B\nENU\n", ":14: the line ends before the density"},
+      {MESH "*STEP\n", ":13: expected *VERTICES, *ELEMENTS"}};
 
   CHECK("c.veg", cases);
 }

@@ -158,18 +158,42 @@ static void what_is_not_read_is_named(void **state) {
   (void)state;
   static const struct {
     const char *more, *words;
-  } bad[] = {{"CELL_DATA 3\n", "CELL_DATA has 3 rows, but there are 2 cells"},
-             {"POINT_DATA 3\n", "POINT_DATA has 3 rows, but there are 5 points"},
-             {"CELL_DATA 2\nSCALARS a string 1\n", "numbers of type 'string' are not read"},
-             {"CELL_DATA 2\nLOOKUP_TABLE t 99999999\n0 0 0 0\n", "is it cut short?"},
-             {"CELL_DATA 2\nTEXTURE_COORDINATES t 4 float\n", "the number of columns is 4"},
-             {"CELL_DATA 2\nHYPERTREES t\n", "expected a section such as POINTS or CELLS"}};
+  } bad[] = {
+      {"CELL_DATA 3\n", "CELL_DATA has 3 rows, but there are 2 cells"},
+      {"POINT_DATA 3\n", "POINT_DATA has 3 rows, but there are 5 points"},
+      {"CELL_DATA 2\nSCALARS a string 1\n", "numbers of type 'string' are not read"},
+      {"CELL_DATA 2\nLOOKUP_TABLE t 99999999\n0 0 0 0\n", "is it cut short?"},
+      {"CELL_DATA 2\nTEXTURE_COORDINATES t 4 float\n", "the number of columns is 4"},
+      {"CELL_DATA 2\nHYPERTREES t\n", "expected a section such as POINTS or CELLS"},
+      {"CELL_DATA 2\nSCALARS region int\n1 1.5\n", "expected a whole number, found '1.5'"},
+      {"CELL_DATA 2\nFIELD f 1\nregion 1 3 int\n1 2 3\n",
+       "array 'region' has 3 rows where the section says 2"},
+      {"CELL_DATA 2\nSCALARS region int\n1 2\nSCALARS region int\n1 1\n",
+       "the array 'region' comes twice"},
+      {"CELL_DATA 2\nSCALARS vtkGhostType unsigned_char\n0 32\n", "cell 1 is a ghost or hidden"},
+      {"POINTS 5 float\n0 0 0 2 0 0 0 2 0 0 0 2 2 2 2\n", "the array 'points' comes twice"}};
   for (size_t n = 0; n < sizeof bad / sizeof *bad; n++) {
     vtk_file file;
     begin(&file, false, 3);
     add(&file, bad[n].more);
     mesh_bad("a.vtk", file.data, bad[n].words);
   }
+
+#define HEAD(version)                                                                              \
+  "# vtk DataFile Version " version "\nt\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 5 float\n"      \
+  "0 0 0 1 0 0 0 1 0 0 0 1 1 1 1\n"
+  mesh_bad("a.vtk", HEAD("3.0") "CELLS 1 6\n4 0 1 2 3 4\nCELL_TYPES 1\n10\n",
+           "CELLS has 1 numbers more than its cells");
+  mesh_bad("a.vtk", HEAD("3.0") "CELLS 1 5\n4 0 1.5 2 3\nCELL_TYPES 1\n10\n",
+           "expected a whole number, found '1.5'");
+  mesh_bad("a.vtk",
+           HEAD("5.1") "CELLS 2 5\nOFFSETS vtktypeint64\n1 5\nCONNECTIVITY vtktypeint64\n"
+                       "0 1 2 3 4\nCELL_TYPES 1\n10\n",
+           "OFFSETS must begin with 0");
+  mesh_bad("a.vtk",
+           HEAD("5.1") "CELLS 2 5\nOFFSETS vtktypeint64\n0 4\nCONNECTIVITY vtktypeint64\n"
+                       "0 1 2 3 4\nCELL_TYPES 1\n10\n",
+           "the last cell ends at 4 of the connectivity, which has 5 numbers");
   mesh_bad("a.vtk", "# vtk DataFile Version 3.0\nt\nASCII\nDATASET POLYDATA\n",
            "found 'DATASET POLYDATA'; save the body as an unstructured grid");
 }
