@@ -134,10 +134,11 @@ static int convert(const convert_request *request) {
     if (request->json)
       print_json(request, &mesh, &lost);
     else
-      printf("%s: %" PRId64 " vertices, %" PRId64 " tetrahedra, %" PRId64 " groups, %" PRId64
-             " regions\n",
+      printf("%s: %" PRId64 " vertices, %" PRId64 " tetrahedra, %" PRId64 " group%s, %" PRId64
+             " region%s\n",
              request->output, mesh.vertex_count, mesh.tet_count, mesh.group_count,
-             mesh.region_count);
+             mesh.group_count == 1 ? "" : "s", mesh.region_count,
+             mesh.region_count == 1 ? "" : "s");
   }
 
   thrum_mesh_free(&mesh);

@@ -211,11 +211,12 @@ static void warn_volume(const mesh_request *request, mesh_work *work) {
         path_basename(request->surface), wanted, got);
 }
 
-/* A surface has no unit: most parts in millimetres are longer than this when read as metres. */
-#define EXTENT_ASKED 10.0
+/* A surface has no unit: most parts in millimetres are longer than this when read as metres. The
+ * bound is that of meshes (mesh_flags.c). */
+#define EXTENT_ASKED 20.0
 
 static void warn_unit(const mesh_request *request, const mesh_work *work) {
-  if (request->scale == 1 && work->examined.extent > EXTENT_ASKED)
+  if (request->scale == 1 && work->examined.extent >= EXTENT_ASKED)
     config_warn("%s: its numbers were taken as metres, so the body is %.3g m long; if they are "
                 "millimetres, give --scale 0.001",
                 path_basename(request->surface), work->examined.extent);
