@@ -202,24 +202,22 @@ static thrum_status take_bytes(vtu_reader *r, const vtu_array *a, const char *at
 enum { ZLIB_RATIO = 1032 };
 
 /* Corners of a solid, at most; times that lines and planes go through a point; and columns of data,
- * as some files do not say theirs. */
+ * those of a tensor. */
 enum { SOLID_CORNERS = 216, POINT_CELLS = 16, DATA_COLUMNS = 9 };
 
 /* Bytes that the points and cells of the grid can need in an array. */
 static double bytes_needed(const vtu_reader *r, const vtu_array *a) {
   const double points = (double)r->cells.point_count, cells = (double)r->cells.cell_count;
   const double size = a->type.size;
-  const double columns =
-      (double)(a->array.columns > DATA_COLUMNS ? a->array.columns : DATA_COLUMNS);
   switch (a->array.place) {
   case THRUM_CELLS_POINTS:
     return size * 3 * points;
   case THRUM_CELLS_CONNECTIVITY:
     return size * (SOLID_CORNERS * cells + POINT_CELLS * points);
   case THRUM_CELLS_POINT_DATA:
-    return size * columns * points;
+    return size * DATA_COLUMNS * points;
   case THRUM_CELLS_CELL_DATA:
-    return size * columns * cells;
+    return size * DATA_COLUMNS * cells;
   default:
     return size * cells;
   }
@@ -412,6 +410,10 @@ static thrum_cells_place array_place(const vtu_reader *r, const char *name) {
                                            : THRUM_CELLS_OTHER;
 }
 
+static bool is_data(const vtu_array *a) {
+  return a->array.place == THRUM_CELLS_POINT_DATA || a->array.place == THRUM_CELLS_CELL_DATA;
+}
+
 /* Begins a <DataArray>; appended arrays wait for the bytes behind the grid, others for their text.
  */
 static thrum_status begin_array(vtu_reader *r, const char **attributes) {
@@ -428,7 +430,7 @@ static thrum_status begin_array(vtu_reader *r, const char **attributes) {
   if (type)
     a.type = thrum_cells_type_of(thrum_word_of(a.bits ? "UInt8" : type));
   if (a.type.size == 0)
-    return a.array.place == THRUM_CELLS_POINT_DATA || a.array.place == THRUM_CELLS_CELL_DATA
+    return is_data(&a)
                ? THRUM_OK
                : fail(r, THRUM_UNSUPPORTED, "an array of the grid has a type that is not read");
   a.array.whole = a.type.whole;
@@ -436,6 +438,10 @@ static thrum_status begin_array(vtu_reader *r, const char **attributes) {
   if (a.array.place == THRUM_CELLS_POINTS && attribute(attributes, "NumberOfComponents") &&
       a.array.columns != 3)
     return fail(r, THRUM_UNSUPPORTED, "points must have three coordinates (NumberOfComponents)");
+
+  // regions, materials and groups have one number each, so what is larger than a tensor is not read
+  if (is_data(&a) && a.array.columns > DATA_COLUMNS)
+    return THRUM_OK;
 
   // the bytes of appended arrays come at the end of the file
   if (attribute_is(attributes, "format", "appended")) {
