@@ -122,9 +122,9 @@ static bool stays_in_folder(const thrum_included_files *included, const char *pa
   return stays;
 }
 
-/* The path of a file: beside the one that names it, or absolute; NULL: no memory. */
-static char *included_path(thrum_included_files *included, thrum_word name) {
-  const char *from = included->files[included->current].path, *slash = strrchr(from, '/');
+/* The path of a file: beside the file of that index, or absolute; NULL: no memory. */
+static char *included_path(thrum_included_files *included, int beside, thrum_word name) {
+  const char *from = included->files[beside].path, *slash = strrchr(from, '/');
   const size_t folder = slash && name.text[0] != '/' ? (size_t)(slash - from) + 1 : 0;
   char *path = thrum_scope_allocate(&included->paths, (int64_t)(folder + name.length + 1), 1);
   if (path) {
@@ -134,6 +134,21 @@ static char *included_path(thrum_included_files *included, thrum_word name) {
   return path;
 }
 
+/* Refuses a name of two files. Other programs look for it beside the first file, wherever it
+ * stands. */
+static thrum_status check_one_file(thrum_included_files *included, const char *keyword,
+                                   thrum_word name, const char *path) {
+  const char *other = included_path(included, 0, name);
+  THRUM_TRY(included->paths.status);
+  struct stat here, there;
+  if (strcmp(path, other) == 0 || stat(path, &here) != 0 || stat(other, &there) != 0 ||
+      (here.st_dev == there.st_dev && here.st_ino == there.st_ino))
+    return THRUM_OK;
+  return thrum_text_fail(thrum_included_text(included), THRUM_UNSUPPORTED,
+                         "%s may mean '%.80s' or '%.80s'; give one of them another name", keyword,
+                         path, other);
+}
+
 thrum_status thrum_included_open(thrum_included_files *included, const char *keyword,
                                  thrum_word name) {
   const thrum_text *text = thrum_included_text(included);
@@ -141,7 +156,7 @@ thrum_status thrum_included_open(thrum_included_files *included, const char *key
     return thrum_text_fail(text, THRUM_BAD_FORMAT, "%s names no file", keyword);
   if (memchr(name.text, 0, name.length))
     return thrum_text_fail(text, THRUM_BAD_FORMAT, "%s names no proper file", keyword);
-  const char *path = included_path(included, name);
+  const char *path = included_path(included, included->current, name);
   THRUM_TRY(included->paths.status);
 
   // a mesh from elsewhere must not have any file of the machine read, and its lines shown
@@ -151,6 +166,7 @@ thrum_status thrum_included_open(thrum_included_files *included, const char *key
                            "it, or set THRUM_INCLUDES to the folder that it may come from",
                            keyword);
   THRUM_TRY(check_cycle(included, keyword, path));
+  THRUM_TRY(check_one_file(included, keyword, name, path));
 
   // it is read before the next line of the file that names it
   thrum_text *next = &included->files[included->count].text;

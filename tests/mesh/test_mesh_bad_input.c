@@ -227,6 +227,15 @@ static void bad_includes_are_refused(void **state) {
   assert_int_equal(symlink("../d.node", line), 0);
   mesh_bad("d.veg", "*INCLUDE parts/../parts/link.node\n", "*INCLUDE leads out of the folder");
   assert_int_equal(unlink(line), 0);
+
+  // a file in another folder finds what it names beside itself, unless the first file has it too
+  mesh_write_text("parts/part.veg", "*INCLUDE part.node\n");
+  mesh_bad("d.veg", "*INCLUDE parts/part.veg\n", "part.node:1: ");
+  mesh_write_text("part.node", "nor is this\n");
+  mesh_bad("d.veg", "*INCLUDE parts/part.veg\n", "parts/part.veg:1: *INCLUDE may mean '");
+  mesh_bad("d.veg", "*INCLUDE parts/part.veg\n", "; give one of them another name");
+  snprintf(line, sizeof line, "%s/part.veg", allowed);
+  assert_int_equal(unlink(line), 0);
   snprintf(line, sizeof line, "%s/part.node", allowed);
   assert_int_equal(unlink(line), 0);
   assert_int_equal(rmdir(allowed), 0);
