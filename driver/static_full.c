@@ -96,6 +96,12 @@ static thrum_status take_moves(const static_request *request, const thrum_model 
     THRUM_TRY(
         config_error_in(error, status, "--%s '%.100s'", static_move_names[move->kind], move->text));
 
+    if (move->kind == STATIC_ROTATE && at->count == 1)
+      return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                             "--rotate '%.100s': one vertex has no direction to turn; name a group "
+                             "or a predicate, or take --move",
+                             move->text);
+
     // a moved or turned vertex is held in all three directions at its new place
     if (move->kind <= STATIC_ROTATE)
       hold(at->list, at->count, move->kind == STATIC_MOVE ? move->by : NULL, s);

@@ -811,6 +811,7 @@ static void slips_are_refused_in_one_line(void **state) {
 
       // what the model, the mesh or the folder lacks
       {1, "no group 'nose'", {"beam.npz", "--full", "--move", "0,0,1@nose"}},
+      {1, "one vertex has no direction", {"beam.npz", "--full", "--rotate", "0,9,0@near:1,0,0"}},
       {1, "no mesh", {"column.npz", "--full", "--load", "gravity:0,0,-1"}},
       {1, "no group 'nose'", {"beam.npz", "--load", "gravity:0,0,-1", "--at", "nose"}},
       {1, "no group 'nose'", {"beam.npz", "--load", "constant:0,0,-1@nose"}},
