@@ -1,4 +1,4 @@
-/* Checks of memory of the caller into which an object is laid. Private to the runtime.
+/* Checks of memory of the caller into which an object is laid. Private to Thrum's libraries.
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_CORE_BASE_ALIGNMENT_CHECK_H
 #define THRUM_CORE_BASE_ALIGNMENT_CHECK_H

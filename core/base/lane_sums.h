@@ -1,7 +1,7 @@
 /* Sums in 8 lanes, i mod 8, that are added as a fixed tree (core/polynomial/kernel_private.h).
- * Private to the runtime. Those over the modes of a step are no passes of a kernel: what is summed
- * has mostly just been written, two numbers at a time, and a wide load would wait for all of them.
- * SPDX-License-Identifier: Apache-2.0 */
+ * Private to Thrum's libraries. Those over the modes of a step are no passes of a kernel: what is
+ * summed has mostly just been written, two numbers at a time, and a wide load would wait for all of
+ * them. SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_CORE_BASE_LANE_SUMS_H
 #define THRUM_CORE_BASE_LANE_SUMS_H
 

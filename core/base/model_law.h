@@ -1,5 +1,5 @@
 /* Which law of elasticity a model names, for each region of it, and the yield of each (design 19);
- * the laws themselves are runtime/material/. Private to the runtime, see model_law.c.
+ * the laws themselves are runtime/material/. Private to Thrum's libraries, see model_law.c.
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_CORE_BASE_MODEL_LAW_H
 #define THRUM_CORE_BASE_MODEL_LAW_H

@@ -1,7 +1,7 @@
 /* Two numbers at a time, in a register where every processor of the kind has one (SSE2 on x86-64),
  * and products of three rows with vectors that sum in 4 lanes, i mod 4. What is left of a row goes
  * into the first lane. The lanes are added as (0 + 2) + (1 + 3), so the bits are the same on every
- * machine (docs/determinism.md). Private to the runtime.
+ * machine (docs/determinism.md). Private to Thrum's libraries.
  * Cost: 3 n multiplications and additions, two at a time.
  *
  * SPDX-License-Identifier: Apache-2.0 */

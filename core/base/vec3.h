@@ -1,4 +1,4 @@
-/* Vectors of 3 and matrices of 3 x 3, row-major, and boxes of points. Private to the runtime.
+/* Vectors of 3 and matrices of 3 x 3, row-major, and boxes of points. Private to Thrum's libraries.
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_CORE_BASE_VEC3_H
 #define THRUM_CORE_BASE_VEC3_H

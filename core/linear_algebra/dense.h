@@ -1,4 +1,4 @@
-/* Small dense systems in place, private to the runtime; see dense.c.
+/* Small dense systems in place, private to libthrum; see dense.c.
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_CORE_LINEAR_ALGEBRA_DENSE_H
 #define THRUM_CORE_LINEAR_ALGEBRA_DENSE_H

@@ -1,4 +1,4 @@
-/* The inverse Jacobian of a solve, kept up to date by the solve itself; private to the runtime; see
+/* The inverse Jacobian of a solve, kept up to date by the solve itself; private to libthrum; see
  * secant.c. SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_CORE_LINEAR_ALGEBRA_SECANT_H
 #define THRUM_CORE_LINEAR_ALGEBRA_SECANT_H

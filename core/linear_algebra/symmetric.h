@@ -1,4 +1,4 @@
-/* The least eigenpair of a small symmetric matrix, private to the runtime; see symmetric.c.
+/* The least eigenpair of a small symmetric matrix, private to libthrum; see symmetric.c.
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_CORE_LINEAR_ALGEBRA_SYMMETRIC_H
 #define THRUM_CORE_LINEAR_ALGEBRA_SYMMETRIC_H

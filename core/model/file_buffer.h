@@ -1,5 +1,5 @@
-/* Reading a file into one aligned heap block, for the loaders. They are the only places of the
- * runtime that allocate.
+/* Reading a file into one aligned heap block, for the loaders. Beside them
+ * only step/state_create.c allocates in the core.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_CORE_MODEL_FILE_BUFFER_H

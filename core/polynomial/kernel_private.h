@@ -1,5 +1,5 @@
 /* Passes over the coefficients of V(q), design (1), one table of them for each instruction set.
- * Private to runtime/.
+ * Private to libthrum.
  *
  * Every table gives the same bits for finite results. The following rules fix them; there is no
  * fused multiply-add.

@@ -1,5 +1,5 @@
 /* The coefficients of a model laid out for the passes of a kernel (thrum_model_pack). Private to
- * runtime/.
+ * libthrum.
  *
  * In V each monomial of degree 3 and 4 is q_d q_c m, n > d >= c >= b >= a >= -1, with m = q_b q_a
  * and q_{-1} = 1: so cubic terms are quartic ones with a = -1. Columns are the pairs (b, a), b

@@ -19,7 +19,7 @@
  * the points of block b are nine vectors from 72 (b rank + i) on, zero behind the last point: so G
  * at eight points, the forces and a tangent are each one stream of whole cache lines, and no sum
  * runs across lanes until the end. Gradients all of which are single-precision numbers are packed
- * as such where they are large. Private to runtime/.
+ * as such where they are large. Private to libthrum.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_CORE_POLYNOMIAL_POINTS_H

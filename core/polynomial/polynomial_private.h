@@ -1,6 +1,6 @@
-/* The polynomial V(q), design (1), for the runtime's own files: evaluation by a given
+/* The polynomial V(q), design (1), for libthrum's own files: evaluation by a given
  * kernel, and V restricted to the implicit modes for the inner iteration of design 5. Private to
- * runtime/.
+ * libthrum.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_CORE_POLYNOMIAL_POLYNOMIAL_PRIVATE_H

@@ -1,4 +1,4 @@
-/* The energy-conserving step; private to the runtime, see discrete_gradient.c.
+/* The energy-conserving step; private to libthrum, see discrete_gradient.c.
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_CORE_SCHEMES_DISCRETE_GRADIENT_H
 #define THRUM_CORE_SCHEMES_DISCRETE_GRADIENT_H

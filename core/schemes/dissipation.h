@@ -1,4 +1,4 @@
-/* The energy that damping takes out of a body in a step; private to the runtime, see dissipation.c.
+/* The energy that damping takes out of a body in a step; private to libthrum, see dissipation.c.
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_CORE_SCHEMES_DISSIPATION_H
 #define THRUM_CORE_SCHEMES_DISSIPATION_H

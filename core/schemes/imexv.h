@@ -1,5 +1,5 @@
-/* The step of imexv in its thesis split, whole and in stages for a batch; private to the
- * runtime, see imexv.c. SPDX-License-Identifier: Apache-2.0 */
+/* The step of imexv in its thesis split, whole and in stages for a batch; private to libthrum, see
+ * imexv.c. SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_CORE_SCHEMES_IMEXV_H
 #define THRUM_CORE_SCHEMES_IMEXV_H
 

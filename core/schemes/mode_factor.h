@@ -1,4 +1,4 @@
-/* How a step treats one mode; private to the runtime, see mode_factor.c.
+/* How a step treats one mode; private to libthrum, see mode_factor.c.
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_CORE_SCHEMES_MODE_FACTOR_H
 #define THRUM_CORE_SCHEMES_MODE_FACTOR_H

@@ -1,4 +1,4 @@
-/* The number of explicit modes; private to the runtime, see mode_split.c.
+/* The number of explicit modes; private to libthrum, see mode_split.c.
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_CORE_SCHEMES_MODE_SPLIT_H
 #define THRUM_CORE_SCHEMES_MODE_SPLIT_H

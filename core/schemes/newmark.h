@@ -1,4 +1,4 @@
-/* The step of the Newmark family; private to the runtime, see newmark.c.
+/* The step of the Newmark family; private to libthrum, see newmark.c.
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_CORE_SCHEMES_NEWMARK_H
 #define THRUM_CORE_SCHEMES_NEWMARK_H

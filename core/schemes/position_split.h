@@ -1,4 +1,4 @@
-/* The step of the position form; private to the runtime, see position_split.c.
+/* The step of the position form; private to libthrum, see position_split.c.
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_CORE_SCHEMES_POSITION_SPLIT_H
 #define THRUM_CORE_SCHEMES_POSITION_SPLIT_H

@@ -2,7 +2,7 @@
  * the hooks that others have in a step and in the life of a state. The library that is linked has
  * one const table of them, thrum_schemes; core/alone.c has that of the core alone. Each list of
  * hooks ends with NULL, is called in its order, and is NULL itself where there is none. Private to
- * the runtime, see schemes.c.
+ * libthrum, see schemes.c.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_CORE_SCHEMES_SCHEMES_H

@@ -1,4 +1,4 @@
-/* Kick and half-step shift of the explicit momentum; private to the runtime, see
+/* Kick and half-step shift of the explicit momentum; private to libthrum, see
  * staggered_momentum.c.
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_CORE_SCHEMES_STAGGERED_MOMENTUM_H

@@ -2,7 +2,7 @@
  *
  *   0 = mu (d - kick) + weight (R + eta D v - f),  v = nu rate d + drift,  R at q + at d
  *
- * and its parts, shared by the implicit integrators; private to the runtime, see
+ * and its parts, shared by the implicit integrators; private to libthrum, see
  * implicit_problem.c. mu, nu and eta are 1 but for the first modes, `own` in the solver: nu = mu
  * for those of Fox-Goodwin, and eta = nu for those of energy.
  * SPDX-License-Identifier: Apache-2.0 */

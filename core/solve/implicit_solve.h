@@ -1,4 +1,4 @@
-/* Quasi-Newton and then full Newton for an implicit problem; private to the runtime, see
+/* Quasi-Newton and then full Newton for an implicit problem; private to libthrum, see
  * implicit_solve.c. SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_CORE_SOLVE_IMPLICIT_SOLVE_H
 #define THRUM_CORE_SOLVE_IMPLICIT_SOLVE_H

@@ -1,4 +1,4 @@
-/* Newton's method without anything around it; private to the runtime, see newton.c.
+/* Newton's method without anything around it; private to libthrum, see newton.c.
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_CORE_SOLVE_NEWTON_H
 #define THRUM_CORE_SOLVE_NEWTON_H

@@ -1,4 +1,4 @@
-/* Quasi-Newton for an implicit problem; private to the runtime, see quasi_newton.c.
+/* Quasi-Newton for an implicit problem; private to libthrum, see quasi_newton.c.
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_CORE_SOLVE_QUASI_NEWTON_H
 #define THRUM_CORE_SOLVE_QUASI_NEWTON_H

@@ -1,4 +1,4 @@
-/* The energy that unverified corrections move between low and high modes; private to the runtime,
+/* The energy that unverified corrections move between low and high modes; private to libthrum,
  * see spurious_work.c. SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_CORE_SOLVE_SPURIOUS_WORK_H
 #define THRUM_CORE_SOLVE_SPURIOUS_WORK_H

@@ -1,4 +1,4 @@
-/* Linear systems of damping in the tangent form; private to the runtime, see tangent_damping.c.
+/* Linear systems of damping in the tangent form; private to libthrum, see tangent_damping.c.
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_CORE_SOLVE_TANGENT_DAMPING_H
 #define THRUM_CORE_SOLVE_TANGENT_DAMPING_H

@@ -1,4 +1,4 @@
-/* The report of one step's solve, committed to the state with the step; private to the runtime.
+/* The report of one step's solve, committed to the state with the step; private to libthrum.
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_CORE_STATE_SOLVE_REPORT_H
 #define THRUM_CORE_STATE_SOLVE_REPORT_H

@@ -1,4 +1,4 @@
-/* The memory of a state, private to the runtime: one header, then arrays at offsets that follow
+/* The memory of a state, private to libthrum: one header, then arrays at offsets that follow
  * from the sizes in the header. No pointer is stored, so a copy of the bytes is a state
  * (thrum/state.h).
  *

@@ -1,4 +1,4 @@
-/* The kept inverse of a Jacobian for another time step; private to the runtime, see kept_inverse.c.
+/* The kept inverse of a Jacobian for another time step; private to libthrum, see kept_inverse.c.
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_CORE_STEP_KEPT_INVERSE_H
 #define THRUM_CORE_STEP_KEPT_INVERSE_H

@@ -1,4 +1,4 @@
-/* A change of scheme between two steps; private to the runtime, see scheme_change.c.
+/* A change of scheme between two steps; private to libthrum, see scheme_change.c.
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_CORE_STEP_SCHEME_CHANGE_H
 #define THRUM_CORE_STEP_SCHEME_CHANGE_H

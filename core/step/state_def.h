@@ -1,4 +1,4 @@
-/* Checks of a model and a def; private to the runtime, see state_def.c.
+/* Checks of a model and a def; private to libthrum, see state_def.c.
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_CORE_STEP_STATE_DEF_H
 #define THRUM_CORE_STEP_STATE_DEF_H

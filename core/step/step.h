@@ -1,5 +1,5 @@
 /* One step in four parts, so that a batch can evaluate the model for many states together;
- * private to the runtime, see step.c.
+ * private to libthrum, see step.c.
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_CORE_STEP_STEP_H
 #define THRUM_CORE_STEP_STEP_H

@@ -1,4 +1,4 @@
-/* Steps whose length changes from one to the next; private to the runtime, see step_length.c.
+/* Steps whose length changes from one to the next; private to libthrum, see step_length.c.
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_CORE_STEP_STEP_LENGTH_H
 #define THRUM_CORE_STEP_STEP_LENGTH_H
