@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "config/message.h"
+#include "driver/basis_estimate.h"
 #include "driver/mesh_of_model.h"
 #include "driver/mesh_warnings.h"
 #include "driver/model_cut.h"
@@ -296,6 +297,11 @@ static bool is_lost(const precompute_request *request, const train_outcome *trai
     config_warn("the error of %g %% is not reached; raise --rank-max, train on more of the loads, "
                 "or ask for less",
                 100 * request->error);
+  const double error = precompute_train_error(training, false);
+  if (!training->missed && error > BASIS_ACCEPTED)
+    config_warn("the trained basis is %.2g %% off in its own training, and the usual one may be "
+                "nearer (thrum simulate says by how much): raise --rank, or leave --train out",
+                100 * error);
   for (int64_t n = 0; n < training->run_count; n++)
     if (isnan(training->runs[n].error)) {
       config_warn("the model is lost under %.200s: lower the load, or train on a smaller one as "
