@@ -53,7 +53,11 @@ void basis_estimate_json(const basis_estimate *estimate, cJSON *object) {
   const bool again = estimate->added > 0;
   json_number(made, "share", estimate->share);
   json_string(made, "kind", estimate->why != NULL ? "not judged" : size_of(estimate));
-  json_string(made, "by", estimate->why != NULL ? NULL : again ? "richer run" : "residual");
+  json_string(made, "by",
+              estimate->why != NULL       ? NULL
+              : again                     ? "richer run"
+              : estimate->corrections > 0 ? "mesh"
+                                          : "residual");
   json_number(made, "velocity_share", estimate->velocity);
   json_number(made, "shape_share", estimate->shape);
   json_number(made, "instants", (double)estimate->instants);
@@ -92,6 +96,9 @@ void basis_estimate_print(const basis_estimate *estimate, const char *who, const
     printf(" by the basis, by the %s again to %.3g s with %" PRId64 " coordinate%s more\n",
            who != NULL ? "scene" : "run", estimate->until, estimate->added,
            estimate->added == 1 ? "" : "s");
+  else if (estimate->corrections > 0)
+    printf(" by the basis, by the mesh that goes on from there in %" PRId64 " correction%s\n",
+           estimate->corrections, estimate->corrections == 1 ? "" : "s");
   else
     printf(" by the basis, by the residual of the mesh at %" PRId64 " instant%s\n",
            estimate->instants, estimate->instants == 1 ? "" : "s");

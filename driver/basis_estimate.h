@@ -42,15 +42,16 @@ extern const char *const basis_judging_names[];
 
 /* Zeroed with `why` set: nothing is known. */
 typedef struct basis_estimate {
-  double share;     /* rms of what is lacking over that of the motion [1]; NaN: not known */
-  bool about;       /* it is no lower bound, but of about this size */
-  double velocity;  /* the same of velocities; NaN: not known */
-  double shape;     /* the same of the shape of a free body alone; NaN: not known, or not free */
-  double until;     /* up to where the run was made again [s]; NaN: it was not */
-  int64_t instants; /* at which the mesh was asked */
-  int64_t added;    /* coordinates more that the run was made again with */
-  double seconds;   /* that it took; where it was not made, about what it would take */
-  const char *why;  /* it is not known; NULL: it is. Static storage. */
+  double share;        /* rms of what is lacking over that of the motion [1]; NaN: not known */
+  bool about;          /* it is no lower bound, but of about this size */
+  double velocity;     /* the same of velocities; NaN: not known */
+  double shape;        /* the same of the shape of a free body alone; NaN: not known, or not free */
+  double until;        /* up to where the run was made again [s]; NaN: it was not */
+  int64_t instants;    /* at which the mesh was asked */
+  int64_t corrections; /* by which the mesh went on to its own rest; 0: it did not */
+  int64_t added;       /* coordinates more that the run was made again with */
+  double seconds;      /* that it took; where it was not made, about what it would take */
+  const char *why;     /* it is not known; NULL: it is. Static storage. */
 } basis_estimate;
 
 /* Nothing is known, for this reason. */

@@ -156,6 +156,13 @@ thrum_status thrum_full_lower(thrum_full *full, const thrum_full_loading *loadin
                               const double *kicks, int64_t kick_count, double *lower,
                               thrum_error *error);
 
+/* At most `most` >= 1 corrections of Newton from the present displacement towards an equilibrium
+ * under `forces`, each downhill in the energy: *ended where they came to one. The body stays where
+ * they lead. Of *found the iterations, the energies, the residual and `stable` are filled. A matrix
+ * that cannot be solved ends them without an error. */
+thrum_status thrum_full_correct(thrum_full *full, const double *forces, int32_t most,
+                                thrum_full_equilibrium *found, bool *ended, thrum_error *error);
+
 /* R(u) at the present displacement on all components, held ones included (3 vertex_count) [N]: what
  * the elements ask of the loads and of what holds the body. Of all vertices their sum, and that of
  * their moments about where the vertices are, is zero. */

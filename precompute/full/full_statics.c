@@ -159,3 +159,21 @@ thrum_status thrum_full_lower(thrum_full *full, const thrum_full_loading *loadin
   *lower = best;
   return THRUM_OK;
 }
+
+thrum_status thrum_full_correct(thrum_full *full, const double *forces, int32_t most,
+                                thrum_full_equilibrium *found, bool *ended, thrum_error *error) {
+  const thrum_full_loading loading = {.forces = forces};
+  thrum_full_equilibrium made = {0};
+  full_search s = {.full = full, .loading = &loading, .most = most, .found = &made};
+  THRUM_TRY(thrum_full_set_force(full, forces, error));
+  const bool there = full_statics_newton(&s, 1, error);
+  full->linear.ready = false;
+  full->fresh = true;
+  if (s.failure < 0)
+    return s.failure;
+  made.energy = s.energy;
+  made.load_energy = s.merit - s.energy;
+  *found = made;
+  *ended = there;
+  return THRUM_OK;
+}

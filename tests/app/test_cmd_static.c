@@ -329,13 +329,12 @@ static void a_column_buckles_at_eulers_load(void **state) {
   program_result_free(&run);
 }
 
-/* The estimate of an answer is the difference from the mesh, to a few per cent of it. */
-static void the_estimate_is_what_the_mesh_does_otherwise(void **state) {
-  (void)state;
-  program_result half = thrum_run(folder, "static", "beam.npz", "--load", "constant:0,3,-5@tip",
-                                  "--displacements", "half_field.npy", "--json", NULL);
-  program_result whole = thrum_run(folder, "static", "beam.npz", "--load", "constant:0,3,-5@tip",
-                                   "--displacements", "whole_field.npy", "--full", NULL);
+/* What is said of a model's answer under a load, over how far it is from the mesh's. */
+static double said_over_found(const char *model, const char *load) {
+  program_result half = thrum_run(folder, "static", model, "--load", load, "--displacements",
+                                  "half_field.npy", "--json", NULL);
+  program_result whole = thrum_run(folder, "static", model, "--load", load, "--displacements",
+                                   "whole_field.npy", "--full", NULL);
   assert_int_equal(half.exit_code, 0);
   assert_int_equal(whole.exit_code, 0);
   double *u = NULL, *v = NULL, apart = 0, moved = 0;
@@ -350,12 +349,25 @@ static void the_estimate_is_what_the_mesh_does_otherwise(void **state) {
   const double said =
       json_value(cJSON_GetObjectItemCaseSensitive(object, "error_estimate"), "share");
   print_message("said %.5f, found %.5f\n", said, sqrt(apart / moved));
-  assert_true(fabs(said / sqrt(apart / moved) - 1) < 0.05);
   cJSON_Delete(object);
   free(u);
   free(v);
   program_result_free(&half);
   program_result_free(&whole);
+  return said / sqrt(apart / moved);
+}
+
+/* The estimate of an answer is the difference from the mesh, to a few per cent of it: of slender
+ * bodies that are well bent too, where a correction by the factor at rest said a fortieth. */
+static void the_estimate_is_what_the_mesh_does_otherwise(void **state) {
+  (void)state;
+  assert_true(fabs(said_over_found("beam.npz", "constant:0,3,-5@tip") - 1) < 0.05);
+  program_result run = thrum_run(folder, "precompute", "beam:20x2x2@1x0.05x0.05", "--fix", "left",
+                                 "-q", "-o", "slender.npz", NULL);
+  assert_int_equal(run.exit_code, 0);
+  program_result_free(&run);
+  assert_true(fabs(said_over_found("slender.npz", "gravity:0,0,-9.81") - 1) < 0.05);
+  assert_true(fabs(said_over_found("slender.npz", "constant:0,0,-10@right") - 1) < 0.05);
 }
 
 /* StVK carries no more under such a compression, which the whole mesh tells as the reduced model.
