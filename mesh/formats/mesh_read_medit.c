@@ -112,10 +112,11 @@ static void skip_numbers(medit_reader *r) {
   }
 }
 
-/* Is a keyword that of solids, or of the order of their nodes, which is none of KINDS? */
+/* Is a keyword that of solids, or of their faces or order of nodes, which is none of KINDS? */
 static bool is_other_solid(thrum_word word) {
-  static const char *const solids[] = {"TetrahedraP", "TetrahedraQ", "HexahedraP", "HexahedraQ",
-                                       "PrismsP",     "PrismsQ",     "PyramidsP",  "PyramidsQ"};
+  static const char *const solids[] = {"TetrahedraP", "TetrahedraQ", "HexahedraP",
+                                       "HexahedraQ",  "PrismsP",     "PrismsQ",
+                                       "PyramidsP",   "PyramidsQ",   "Polyhedr"};
   for (size_t i = 0; i < sizeof solids / sizeof *solids; i++) {
     const size_t length = strlen(solids[i]);
     if (word.length > length && thrum_text_equals((thrum_word){word.text, length}, solids[i]))
@@ -154,6 +155,11 @@ static thrum_status read_keyword(medit_reader *r, bool *more) {
     *more = false;
     return THRUM_OK;
   }
+
+  // a part of the body may be in another file
+  if (thrum_text_equals(word, "IncludeFile"))
+    return thrum_text_fail(&r->text, THRUM_UNSUPPORTED,
+                           "IncludeFile is not read; save the mesh as one file");
 
   // solids of another order would be a hole in the body
   if (is_other_solid(word))

@@ -51,7 +51,9 @@ static thrum_status ascii_values(vtk_reader *r, bool whole, int64_t count, doubl
       return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, "expected a %snumber, found '%s'",
                              whole ? "whole " : "", thrum_text_excerpt(word).text);
   }
-  return THRUM_OK;
+
+  // what is left of the line would be passed over with it
+  return thrum_text_finish(&r->text, "the numbers of an array");
 }
 
 /* Reads `count` numbers of one bit, eight a byte, the first one the highest. */

@@ -472,6 +472,10 @@ static void bad_files_are_refused_with_their_line(void **state) {
       {"a.msh", "$MeshFormat\n4 0 8\n$EndMeshFormat\n", "convert it with: gmsh FILE -save"},
       {"a.mesh", "MeshVersionFormatted 2\nDimension 3\nHexahedraQ2\n1\n",
        "HexahedraQ2 is not read"},
+      {"a.mesh", "MeshVersionFormatted 2\nDimension 3\nPolyhedraHeaders\n1\n1 1\n",
+       "a.mesh:3: PolyhedraHeaders is not read"},
+      {"a.mesh", "MeshVersionFormatted 2\nDimension 3\nIncludeFile \"b.mesh\"\n",
+       "a.mesh:3: IncludeFile is not read; save the mesh as one file"},
       {"a.mesh", "MeshVersionFormatted 2\nDimension 3\nTetrahedraP3Ordering\n1\n",
        "a.mesh:3: TetrahedraP3Ordering is not read; save the mesh with Tetrahedra"},
 

@@ -184,6 +184,8 @@ static void what_is_not_read_is_named(void **state) {
   "0 0 0 1 0 0 0 1 0 0 0 1 1 1 1\n"
   mesh_bad("a.vtk", HEAD("3.0") "CELLS 1 6\n4 0 1 2 3 4\nCELL_TYPES 1\n10\n",
            "CELLS has 1 numbers more than its cells");
+  mesh_bad("a.vtk", HEAD("3.0") "CELLS 1 5\n4 0 1 2 3 4\nCELL_TYPES 1\n10\n",
+           "a.vtk:8: unexpected '4' after the numbers of an array");
   mesh_bad("a.vtk", HEAD("3.0") "CELLS 1 5\n4 0 1.5 2 3\nCELL_TYPES 1\n10\n",
            "expected a whole number, found '1.5'");
   mesh_bad("a.vtk",
