@@ -1,4 +1,4 @@
-/* A time step that is coarse against the slowest mode that moves, said before a run.
+/* A time step that is coarse against a mode that moves, said before a run.
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_DRIVER_COARSE_STEP_H
 #define THRUM_DRIVER_COARSE_STEP_H
@@ -15,9 +15,10 @@ typedef struct coarse_step_motion {
   bool base; /* its base moves */
 } coarse_step_motion;
 
-/* Warns where the step has 2 to 8 steps in a period of the slowest mode that moves (for integrators
- * that are right up to longer steps, 2 to fewer), with the step that would do. `who` begins the
- * line: "" or a body. */
+/* Warns where the step has fewer than 8 steps (for integrators that are right up to longer steps,
+ * fewer) in a period of a mode that holds a notable share of the motion: of the one that holds
+ * most, with the step that would do. Where that is the first mode, of 2 steps or more. `who` begins
+ * the line: "" or a body. */
 void coarse_step_warn(const coarse_step_motion *motion, const char *who);
 
 #endif
