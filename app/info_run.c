@@ -9,7 +9,6 @@
 #include <string.h>
 
 #include "config/message.h"
-#include "driver/percent.h"
 #include "driver/run_entries.h"
 #include "driver/run_read.h"
 #include "io/json.h"
@@ -118,12 +117,9 @@ static const cJSON *warnings_of(const cJSON *report) {
 
 /* Says how far the basis of a run, or of a body of that name in it, has it wrong. */
 static void print_estimate(const char *body, const cJSON *report) {
-  const cJSON *estimate = cJSON_GetObjectItemCaseSensitive(report, "error_estimate");
-  const double share = number_of(estimate, "share");
-  char text[PERCENT_MAX];
-  if (!isnan(share))
-    printf("%-18s%s%sat least %s %% of the motion by the basis\n", "error", body,
-           body[0] != 0 ? ": " : "", percent_text(share, text));
+  char text[RECORDED_ERROR_MAX];
+  if (recorded_error_text(report, "", text)[0] != 0)
+    printf("%-18s%s%s%s\n", "error", body, body[0] != 0 ? ": " : "", text);
 }
 
 /* Says what the monitor of a run, or of a body of that name in it, warned of, and the least

@@ -71,6 +71,8 @@ static double fill_amplitudes(const coarse_step_motion *of, double *moves) {
     for (int64_t n = 0; n < request->load_count; n++) {
       const thrum_load *course = &request->loads[n].course;
       double follows = 0;
+      if (request->loads[n].gravity && of->model->rigid != NULL)
+        continue; // it moves a free body as a whole; the rest is rounding
       const double force = fabs(of->directions[n * r + i]);
       const double vibrates = answer_to(course, w, request->time, &follows);
       if (!(rests && course->shape == THRUM_LOAD_CONSTANT && course->from == 0))

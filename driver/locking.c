@@ -9,6 +9,7 @@
 
 #include "config/message.h"
 #include "driver/model_meta.h"
+#include "driver/model_names.h"
 #include "driver/percent.h"
 #include "io/json.h"
 #include "precompute/precompute.h"
@@ -50,7 +51,14 @@ static void warn_of(const char *name, const char *kind, const double *errors, in
 }
 
 void locking_warn_of(const char *name, const double *errors, int64_t count, const char *kept) {
-  warn_of(name, "linear", errors, count, kept, "make the model with --order 2");
+  char help[100] = "make the model with --order 2";
+
+  // of a model that comes with Thrum, the command
+  for (int n = 0; n < MODEL_NAME_COUNT; n++)
+    if (strcmp(model_names[n], name) == 0)
+      snprintf(help, sizeof help, "thrum precompute %s --order 2 -o %s2.npz makes a better one",
+               name, name);
+  warn_of(name, "linear", errors, count, kept, help);
 }
 
 void locking_warn_of_ten(const char *name, const double *errors, int64_t count) {

@@ -282,8 +282,8 @@ void driver_run_warn(const driver_run *run) {
     // solves that were hard, and energy that grew
     warn_of_points(figures, who);
     if (figures->fallback_steps > 0)
-      config_warn("%s%" PRId64 " step%s needed %s", who, figures->fallback_steps,
-                  figures->fallback_steps == 1 ? "" : "s",
+      config_warn("%s%" PRId64 " step%s needed %s: a lower --dt makes them easier to solve", who,
+                  figures->fallback_steps, figures->fallback_steps == 1 ? "" : "s",
                   figures->full.free_count > 0 ? "to be taken as several shorter ones"
                                                : "a fallback beyond quasi-Newton");
     warn_of_growth(figures, who);

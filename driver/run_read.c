@@ -278,16 +278,39 @@ static thrum_status read_q(const char *folder, const cJSON *object, recorded_run
   return THRUM_OK;
 }
 
+/* A number of an object; NaN where it has none. */
+static double number_of(const cJSON *object, const char *key) {
+  const cJSON *item = cJSON_GetObjectItemCaseSensitive(object, key);
+  return cJSON_IsNumber(item) ? item->valuedouble : NAN;
+}
+
+const char *recorded_error_text(const cJSON *report, const char *is,
+                                char text[RECORDED_ERROR_MAX]) {
+  const cJSON *estimate = cJSON_GetObjectItemCaseSensitive(report, "error_estimate");
+  const double share = number_of(estimate, "share"), shape = number_of(estimate, "shape_share");
+  const double until = number_of(estimate, "until_s"), end = number_of(report, "simulated_s");
+  const bool about = json_text_of(estimate, "kind") != NULL &&
+                     strcmp(json_text_of(estimate, "kind"), "about") == 0;
+  char motion[PERCENT_MAX], of_shape[60] = "", in[60] = "";
+  text[0] = 0;
+  if (isnan(share))
+    return text;
+
+  // a free body has the shape beside the motion, and a run that was made again ends perhaps before
+  if (!isnan(shape))
+    snprintf(of_shape, sizeof of_shape, " and %s %% of the shape", percent_text(shape, motion));
+  if (until < 0.999 * end)
+    snprintf(in, sizeof in, ", in the first %.3g of %.4g s", until, end);
+  snprintf(text, RECORDED_ERROR_MAX, "%s %s %% of the motion%s %sby the basis%s",
+           about ? "about" : "at least", percent_text(share, motion), of_shape, is, in);
+  return text;
+}
+
 /* "at least 12 % of the motion is wrong by the basis", or why that is not known. */
 static void read_error(const cJSON *object, recorded_run *run) {
   const cJSON *estimate = cJSON_GetObjectItemCaseSensitive(object, "error_estimate");
-  const cJSON *share = cJSON_GetObjectItemCaseSensitive(estimate, "share");
-  const char *kind = json_text_of(estimate, "kind"), *why = json_text_of(estimate, "why");
-  char text[PERCENT_MAX];
-  if (cJSON_IsNumber(share) && kind != NULL)
-    snprintf(run->error, sizeof run->error, "%.20s %s %% of the motion is wrong by the basis", kind,
-             percent_text(share->valuedouble, text));
-  else if (why != NULL)
+  const char *why = json_text_of(estimate, "why");
+  if (recorded_error_text(object, "is wrong ", run->error)[0] == 0 && why != NULL)
     snprintf(run->error, sizeof run->error, "the basis is not judged: %.80s", why);
 }
 

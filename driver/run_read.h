@@ -2,12 +2,15 @@
 #ifndef THRUM_DRIVER_RUN_READ_H
 #define THRUM_DRIVER_RUN_READ_H
 
+#include <cjson/cJSON.h>
 #include <stdbool.h>
 
 #include "driver/model_hash.h"
 #include "driver/run_folder.h"
 #include "driver/run_placement.h"
 #include "thrum/thrum.h"
+
+#define RECORDED_ERROR_MAX 160
 
 /* The run that `thrum simulate` left in a folder. */
 typedef struct recorded_run {
@@ -19,10 +22,11 @@ typedef struct recorded_run {
   double *q;        /* rows x rank */
   double *energies; /* rows x 2: kinetic, strain [J] */
   run_placement place;
-  char stepped_by[128]; /* what stepped it, for people; "": the run does not say */
-  char error[120];      /* what the basis has wrong, for people; "": the run does not say */
-  bool full;            /* the whole mesh was stepped, of which q has what the basis has */
-  double *places;       /* rows x RUN_PLACEMENT_COLUMNS; NULL: the body stays where it stands */
+  char stepped_by[128];           /* what stepped it, for people; "": the run does not say */
+  char error[RECORDED_ERROR_MAX]; /* what the basis has wrong, for people; "": the run does not say
+                                   */
+  bool full;      /* the whole mesh was stepped, of which q has what the basis has */
+  double *places; /* rows x RUN_PLACEMENT_COLUMNS; NULL: the body stays where it stands */
 } recorded_run;
 
 /* Is there a run.json in the folder? */
@@ -49,6 +53,11 @@ const char *recorded_run_find(const char *folder, const char *name, const model_
 thrum_status recorded_run_read(const char *path, const char *model, recorded_run *run,
                                thrum_error *error);
 void recorded_run_free(recorded_run *run);
+
+/* Writes what a report says of the error of its basis, as the run said it: "about 12 % of the
+ * motion and 30 % of the shape by the basis, in the first 0.3 of 1.5 s"; `is` stands before "by",
+ * "" or words with a blank behind. "": it does not say. Returns `text`. */
+const char *recorded_error_text(const cJSON *report, const char *is, char text[RECORDED_ERROR_MAX]);
 
 /* Whether recorded_run_read would find what it reads: the files of the run, and its model, which is
  * not loaded where its bytes are those of the run. Otherwise what is missing. */

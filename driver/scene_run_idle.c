@@ -165,6 +165,14 @@ static void look_at_scene(const scene_run *run) {
     warn_of_key(run, at, "", "wind", "its \"drag\" is 0");
 }
 
+/* A body that nothing holds, and that is not let go either, stays where it stands. */
+static void look_at_gravity(const scene_run *run, const scene_body_run *body) {
+  const double *g = run->spec.gravity;
+  if (body->model->rigid != NULL && !body->spec->free && (g[0] != 0 || g[1] != 0 || g[2] != 0))
+    config_warn("nothing holds this body, and it stays where it stands all the same: add \"free\": "
+                "true to let it fall");
+}
+
 void scene_run_warn_of_idle(const scene_run *run) {
   look_at_scene(run);
   for (int64_t n = 0; n < run->spec.bodies.count; n++) {
@@ -176,6 +184,7 @@ void scene_run_warn_of_idle(const scene_run *run) {
 
     // what moves it
     config_warn_under(scene_body_place(&run->spec, body->spec, place), scene_words);
+    look_at_gravity(run, body);
     look_at_loads(run, body);
     look_at_step(run, body);
     config_warn_under(NULL, scene_words);

@@ -588,6 +588,24 @@ static void why_a_run_is_not_believed_is_said(void **state) {
   assert_null(strstr(out, "warnings"));
   free(out);
 
+  // the error of its basis as the run said it
+  assert_true(text_file_write(
+      path, "{\"command\": \"simulate\", \"status\": \"done\", \"simulated_s\": 1.5,"
+            " \"error_estimate\": {\"share\": 0.12, \"kind\": \"about\", \"shape_share\": 0.3,"
+            " \"until_s\": 0.3}}\n"));
+  out = output_of("info", "doubted", NULL);
+  assert_non_null(strstr(out,
+                         " about 12 % of the motion and 30 % of the shape by the basis, in the "
+                         "first 0.3 of 1.5 s\n"));
+  free(out);
+  assert_true(text_file_write(
+      path, "{\"command\": \"simulate\", \"status\": \"fell_back\", \"simulated_s\": 1.5,"
+            " \"fallback_steps\": 1, \"error_estimate\": {\"share\": 0.12, \"kind\": \"at least\","
+            " \"until_s\": 1.5}}\n"));
+  out = output_of("info", "doubted", NULL);
+  assert_non_null(strstr(out, " at least 12 % of the motion by the basis\n"));
+  free(out);
+
   // without a monitor nothing was looked at, which is not the same as no warning
   cJSON *object = info("doubted", NULL, NULL);
   assert_true(cJSON_IsNull(cJSON_GetObjectItem(object, "warnings")));

@@ -1203,6 +1203,20 @@ static void what_has_no_effect_is_named(void **state) {
     free(said);
   }
 
+  // a free body that the scene does not let go, and one that it does
+  for (int n = 0; n < 2; n++) {
+    char text[200];
+    snprintf(text, sizeof text,
+             "{\"time\": 0.02, \"gravity\": [0, 0, -9.81],\n \"bodies\": [{\"model\": "
+             "\"free.npz\"%s}]}",
+             n == 0 ? "" : ", \"free\": true");
+    char *said = warnings_of(text);
+    if ((strstr(said, "add \"free\": true to let it fall") != NULL) != (n == 0) ||
+        strstr(said, "a period of mode") != NULL)
+      fail_msg("%d: %s", n, said);
+    free(said);
+  }
+
   // a base that moves and nothing that it holds
   char *said = warnings_of("{\"time\": 0.02, \"dt\": 0.002, \"base_motion\": \"sine:0,0,1,f=2\",\n"
                            " \"bodies\": [{\"model\": \"free.npz\", \"free\": true}]}");
