@@ -159,15 +159,18 @@ static thrum_status hold_vertices(const precompute_request *request, const thrum
 }
 
 /* Counts the vertices held. */
-static int64_t count_held(const precompute_request *request, const thrum_mesh *mesh,
-                          const uint8_t *fixed) {
+static int64_t count_held(const thrum_mesh *mesh, const uint8_t *fixed) {
   int64_t held = 0;
   for (int64_t v = 0; v < mesh->vertex_count; v++)
     held += fixed[v] != 0;
+  return held;
+}
+
+/* Says that a body is free where nobody asked for that. */
+static void warn_free(const precompute_request *request, int64_t held) {
   if (held == 0 && !request->free)
     config_warn("nothing is fixed, so this is a free body: the model is its elastic part, the six "
                 "rigid modes are kept apart (hold vertices with --fix, such as --fix 'x<0.001')");
-  return held;
 }
 
 /* The model with the condensed polynomial of its lowest coordinates in the place of its own;
@@ -533,7 +536,7 @@ thrum_status precompute_make(const precompute_request *request, precompute_show 
   THRUM_THEN(status, apply_material(&found, &mesh, error));
   THRUM_THEN(status, fix_vertices(request, &mesh, fixed, error));
   if (status >= 0)
-    outcome.fixed_count = count_held(request, &mesh, fixed);
+    warn_free(request, count_held(&mesh, fixed));
 
   // linear elements that lock may get their middle nodes, in which handles share too
   const bool read = !mesh_of_model_is_named(request->mesh_name);
@@ -544,6 +547,8 @@ thrum_status precompute_make(const precompute_request *request, precompute_show 
       element_order_say(&outcome.order, &mesh, path_basename(request->mesh_name));
     found.options.order_known = outcome.order.error_count > 0;
   }
+  if (status >= 0)
+    outcome.fixed_count = count_held(&mesh, fixed); // middle nodes, too
   THRUM_THEN(status, find_handles(request, &mesh, handles, error));
 
   // a dry run stops at the estimate

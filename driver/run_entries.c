@@ -145,6 +145,10 @@ thrum_status run_entries_replaceable(const char *path, run_kind kind, thrum_erro
   THRUM_TRY(read_mark(path, mark_of(kind), &object, error));
   ours = is_ours(object);
   cJSON_Delete(object);
+  const bool scene = kind == RUN_OF_SCENE;
+  if (!ours && run_entries_marked(path, scene ? RUN_OF_BODY : RUN_OF_SCENE))
+    return thrum_error_set(error, THRUM_IO, "%.300s: holds a run of %s; choose another -o", path,
+                           scene ? "a model, not of a scene" : "a scene, not of a model");
   return ours ? THRUM_OK
               : thrum_error_set(error, THRUM_IO,
                                 "%.300s: holds files that are no earlier run; choose another -o",

@@ -256,21 +256,21 @@ static void print_details(const scene_run *run) {
  * the one that is most wrong. */
 static void print_errors(const scene_run *run) {
   const int64_t count = run->spec.bodies.count;
+  const double end = (double)driver_run_step_count(&run->run) * run->dt;
   int64_t worst = -1;
   for (int64_t n = 0; n < count; n++) {
     const simulate_measures *of = &run->run.bodies[n].measures;
     if (!of->basis_asked)
       continue;
     if (count <= ERROR_LINES)
-      basis_estimate_print(&of->basis.estimate, run->bodies[n].spec->name, "motion");
+      simulate_measures_error(of, run->bodies[n].spec->name, end);
     else if (of->basis.estimate.why == NULL &&
              (worst < 0 ||
               of->basis.estimate.share > run->run.bodies[worst].measures.basis.estimate.share))
       worst = n;
   }
   if (worst >= 0)
-    basis_estimate_print(&run->run.bodies[worst].measures.basis.estimate,
-                         run->bodies[worst].spec->name, "motion");
+    simulate_measures_error(&run->run.bodies[worst].measures, run->bodies[worst].spec->name, end);
 }
 
 void scene_run_table(const scene_run *run) {

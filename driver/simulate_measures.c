@@ -10,6 +10,7 @@
 #include <stdlib.h>
 
 #include "config/message.h"
+#include "driver/percent.h"
 #include "driver/shared_options.h"
 #include "io/json.h"
 #include "platform/allocate.h"
@@ -255,11 +256,29 @@ static void print_stress(const simulate_measures *m) {
          m->peak_tet + 1, m->peak_time);
 }
 
-void simulate_measures_table(const simulate_measures *m) {
+void simulate_measures_error(const simulate_measures *m, const char *who, double end) {
+  const basis_estimate *of = &m->basis.estimate;
+  char share[PERCENT_MAX];
+  basis_estimate_print(of, who, "motion");
+  if (of->why != NULL)
+    return;
+  if (!isnan(of->velocity))
+    printf("             %s %s %% of the velocity\n", of->about ? "about" : "at least",
+           percent_text(of->velocity, share));
+
+  // a scene may be chaotic, and each run has its time
+  if (of->until < 0.999 * end)
+    printf("             known up to %.3g s of %.4g s: %s\n", of->until, end,
+           m->basis_parted ? "beyond it the motion hangs on the last digits"
+           : who != NULL   ? "more takes long (\"judge\": \"on\" in \"outputs\")"
+                           : "more takes long (--judge on)");
+}
+
+void simulate_measures_table(const simulate_measures *m, double end) {
   if (m->stress_points != NULL && m->peak_tet >= 0)
     print_stress(m);
   if (m->basis_asked)
-    basis_estimate_print(&m->basis.estimate, NULL, "motion");
+    simulate_measures_error(m, NULL, end);
   if (m->monitor == NULL || m->record.looks == 0)
     return;
 

@@ -30,6 +30,7 @@ typedef struct simulate_measures {
   double load_share;    /* largest of the loads but gravity; NaN: none */
   double warns_below;   /* principal stretch */
   bool basis_asked;     /* the basis is judged, or told why not */
+  bool basis_parted;    /* a scene that was made again parted from it by the last digits */
   bool basis_found;     /* its error was found over the whole run, so no estimate is warned of */
   basis_record basis;
 } simulate_measures;
@@ -50,7 +51,12 @@ void simulate_measures_json(const simulate_measures *measures, cJSON *object);
 
 /* Lines of the table, and a line on standard error for each warning; each begins with `who`, the
  * body of a scene, or "". */
-void simulate_measures_table(const simulate_measures *measures);
+void simulate_measures_table(const simulate_measures *measures, double end);
+
+/* The line of the error by the basis alone, and what belongs to it: how far the velocity is wrong,
+ * and why it is known to less than the end of the run [s]. who: the body of a scene; NULL: there is
+ * no other. */
+void simulate_measures_error(const simulate_measures *measures, const char *who, double end);
 void simulate_measures_warn(const simulate_measures *measures, const char *who);
 
 void simulate_measures_close(simulate_measures *measures);

@@ -448,7 +448,7 @@ void simulate_report_table(const driver_body *body) {
   if (figures->peak_vertex >= 0)
     printf("peak         %.6g m at vertex %" PRId64 "\n", figures->peak, figures->peak_vertex + 1);
   run_probes_table(&body->probes);
-  simulate_measures_table(&body->measures);
+  simulate_measures_table(&body->measures, figures->report.time);
   against_mesh_print(&figures->against, request);
   printf("status       %s\n", simulate_status_name(figures));
   print_files(body);

@@ -381,6 +381,12 @@ static void what_a_small_disturbance_parts_is_not_blamed_on_the_basis(void **sta
   assert_true(json_value(estimate, "until_s") < 1.4);
   assert_true(json_value(estimate, "shape_share") > json_value(estimate, "share"));
   cJSON_Delete(object);
+
+  // the table says where it ends, and why
+  program_result run = thrum_run(folder, "simulate", "made.json", "-o", "bounce", "-q", NULL);
+  assert_non_null(strstr(run.out, " % of the velocity\n             known up to "));
+  assert_non_null(strstr(run.out, " s of 1.5 s: beyond it the motion hangs on the last digits\n"));
+  program_result_free(&run);
 }
 
 /* A block that falls freely keeps its shape: what rounding leaves of it is not wrong by a share. */

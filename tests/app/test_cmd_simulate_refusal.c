@@ -34,7 +34,10 @@ static int make_models(void **state) {
       text_file_write(in_folder("file"), "a file\n") && mkdir(in_folder("foreign"), 0777) == 0 &&
       text_file_write(in_folder("foreign/notes.txt"), "mine\n") &&
       mkdir(in_folder("other"), 0777) == 0 &&
-      text_file_write(in_folder("other/run.json"), "{\"program\":\"else\"}\n");
+      text_file_write(in_folder("other/run.json"), "{\"program\":\"else\"}\n") &&
+      mkdir(in_folder("scene"), 0777) == 0 &&
+      text_file_write(in_folder("scene/scene.json"),
+                      "{\"program\":\"thrum\",\"command\":\"simulate\"}\n");
 
   return !made;
 }
@@ -206,6 +209,7 @@ static void requests_beyond_the_model_and_its_files_are_refused_in_one_line(void
       {{"particle.npz", "-o", "no/such/run"}, "no/such/run"},
       {{"particle.npz", "-o", "foreign"}, "no earlier run"},
       {{"particle.npz", "-o", "other"}, "no earlier run"},
+      {{"particle.npz", "-o", "scene"}, "holds a run of a scene, not of a model"},
   };
 
   assert_refusals(cases, sizeof cases / sizeof cases[0], 1, 1);
