@@ -590,6 +590,14 @@ static void order_two_makes_a_model_of_ten_node_tetrahedra(void **state) {
   assert_int_equal(run.exit_code, 0);
   cJSON *object = json_line(run.out);
   assert_true(json_value(object, "order") == 2);
+  const double held = json_value(object, "fixed");
+  cJSON_Delete(object);
+  program_result_free(&run);
+
+  // what is held has its middle nodes, as the file says
+  run = thrum_run(folder, "info", "ten.npz", "--json", NULL);
+  object = json_line(run.out);
+  assert_true(json_value(object, "fixed") == held);
   cJSON_Delete(object);
   program_result_free(&run);
 
