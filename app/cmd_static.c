@@ -211,6 +211,8 @@ static void warn_flags(const static_answer *answer) {
     config_warn("%" PRId64 " tetrahedra are turned inside out, the worst is number %" PRId64
                 ": no real body rests there; lower the load, or take --full with another --law",
                 answer->forces.inverted, answer->forces.inverted_tet + 1);
+  if (answer->request->monitor)
+    static_forces_warn(answer->request, &answer->forces);
   static_monitor_warn(answer);
 }
 

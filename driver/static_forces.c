@@ -21,6 +21,9 @@
 #include "precompute/model/model_fem.h"
 #include "thrum/displacement.h"
 
+#define LEFT_SAID 0.1 /* of the load: what reactions may leave over without a word */
+#define LEFT_MOST 1.0 /* and without being refused */
+
 void static_forces_free(static_forces *forces) {
   free(forces->groups);
   *forces = (static_forces){0};
@@ -189,6 +192,15 @@ thrum_status static_forces_sum(const static_request *request, const static_body 
 
   thrum_status status = sum_groups(request, body, &made, error);
   THRUM_THEN(status, measure_load(request, body, &made.load, error));
+
+  // forces that are wrong by more than all of the load are no answer
+  const double left = static_forces_left(&made);
+  if (status >= 0 && request->reactions != NULL && !request->full && !(left <= LEFT_MOST))
+    status = thrum_error_set(error, THRUM_NOT_CONVERGED,
+                             "--reactions %.200s: not written, for loads and reactions leave "
+                             "%.0f %% of the load over: the basis cannot show this shape's forces; "
+                             "take them from --full",
+                             request->reactions, 100 * left);
   if (request->reactions != NULL)
     THRUM_THEN(status, write_reactions(request->reactions, body, error));
   if (status >= 0)
@@ -242,6 +254,15 @@ thrum_status static_forces_reduced(const static_request *request, const thrum_mo
 double static_forces_left(const static_forces *forces) {
   const double size = forces->load.size > 0 ? forces->load.size : forces->held.size;
   return size > 0 ? sqrt(thrum_dot3(forces->left, forces->left)) / size : 0;
+}
+
+void static_forces_warn(const static_request *request, const static_forces *forces) {
+  const double left = static_forces_left(forces);
+  if (request->full || !forces->known || forces->held.vertices == 0 || left <= LEFT_SAID)
+    return;
+  config_warn("the reactions are wrong by about %.3g N, %.0f %% of the load, which this model "
+              "balances as far as its basis goes: take them from --full",
+              sqrt(thrum_dot3(forces->left, forces->left)), 100 * left);
 }
 
 static void add_resultant(cJSON *object, const static_resultant *sum) {

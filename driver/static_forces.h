@@ -44,7 +44,8 @@ typedef struct static_body {
 } static_body;
 
 /* Sums reactions; writes those of each held vertex where the request says. On failure nothing is
- * left to free. */
+ * left to free. THRUM_NOT_CONVERGED where a file is asked for, and the forces of a reduced model
+ * leave over more than all of the load. */
 thrum_status static_forces_sum(const static_request *request, const static_body *body,
                                static_forces *forces, thrum_error *error);
 
@@ -59,6 +60,9 @@ thrum_status static_forces_check(const static_request *request, const thrum_mode
 
 /* What is not balanced, of the forces that act. */
 double static_forces_left(const static_forces *forces);
+
+/* Warns of reactions of a reduced model that leave over more than a tenth of the load. */
+void static_forces_warn(const static_request *request, const static_forces *forces);
 
 /* Adds "reactions" and "inverted_tets" to the object, null where they are not known. */
 void static_forces_json(const static_forces *forces, cJSON *object);

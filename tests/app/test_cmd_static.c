@@ -518,6 +518,29 @@ static void a_model_says_what_its_reactions_lack(void **state) {
   cJSON_Delete(object);
 }
 
+/* Reactions that leave over a tenth of the load are warned of, and beyond all of it, as of a column
+ * that has buckled, no file is written. */
+static void reactions_that_are_wrong_are_said_or_refused(void **state) {
+  (void)state;
+  program_result run = thrum_run(folder, "static", "beam.npz", "--load", "constant:0,0,-200@tip",
+                                 "--reactions", "said.csv", NULL);
+  assert_int_equal(run.exit_code, 0);
+  assert_non_null(strstr(run.err, "the reactions are wrong by about"));
+  program_result_free(&run);
+  run = thrum_run(folder, "precompute", "beam:20x1x1@1x0.02x0.02", "--order", "2", "--fix", "left",
+                  "--young", "2.1e11", "--poisson", "0.3", "--density", "7850", "-q", "-o",
+                  "thin.npz", NULL);
+  assert_int_equal(run.exit_code, 0);
+  program_result_free(&run);
+  run = thrum_run(folder, "static", "thin.npz", "--load", "constant:-9000,0,0@right", "--reactions",
+                  "refused.csv", NULL);
+  assert_int_equal(run.exit_code, 1);
+  assert_string_equal(run.out, "");
+  assert_non_null(strstr(run.err, "--reactions refused.csv: not written"));
+  assert_null(fopen(in_folder("refused.csv"), "r"));
+  program_result_free(&run);
+}
+
 /* What is held bears a load on it by itself, and the body stays as it is. */
 static void a_load_that_moves_nothing_is_warned_of(void **state) {
   (void)state;
@@ -887,6 +910,7 @@ int main(void) {
       cmocka_unit_test(the_share_that_is_left_of_gravity_is_that_of_the_weight),
       cmocka_unit_test(what_is_moved_has_a_reaction),
       cmocka_unit_test(a_model_says_what_its_reactions_lack),
+      cmocka_unit_test(reactions_that_are_wrong_are_said_or_refused),
       cmocka_unit_test(a_load_that_moves_nothing_is_warned_of),
       cmocka_unit_test(a_weight_that_bends_nothing_says_nothing_of_the_basis),
       cmocka_unit_test(the_stress_is_said_with_its_place),
