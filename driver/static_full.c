@@ -339,8 +339,15 @@ static thrum_status find(static_answer *answer, search *s, double *q, thrum_erro
   THRUM_TRY(static_path_open(request, mean_at, &s->path, error));
   s->loading.visit = request->path != NULL ? put_point : NULL;
   s->loading.visit_context = s;
-  THRUM_TRY(thrum_full_rest_under(s->body, &s->loading, &found, error));
-  THRUM_TRY(static_path_close(&s->path, error));
+  const thrum_status rested = thrum_full_rest_under(s->body, &s->loading, &found, error);
+
+  // the path to where the body loses its stability is one that was found
+  if (rested >= 0 ||
+      (rested == THRUM_NOT_CONVERGED && found.instability != THRUM_INSTABILITY_NONE)) {
+    const thrum_status closed = static_path_close(&s->path, rested >= 0 ? error : NULL);
+    THRUM_TRY(rested >= 0 ? closed : rested);
+  }
+  THRUM_TRY(rested);
   s->loading.visit = NULL;
 
   if (request->monitor && s->loading.moves != NULL && s->loading.follower_count == 0 &&

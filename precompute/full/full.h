@@ -144,7 +144,8 @@ thrum_status thrum_full_rest(thrum_full *full, const double *forces, const doubl
  * and the places that hold it there, and goes from them to the loading: an answer is continued.
  * With followers the way down is Newton's alone, load_energy is NaN, and `stable` speaks of the
  * body's tangent without the loads. THRUM_INVALID_ARGUMENT for followers whose vertices lie on a
- * line. */
+ * line. THRUM_NOT_CONVERGED where no equilibrium was found: *found says then how the branch lost
+ * its stability, and nothing else. */
 thrum_status thrum_full_rest_under(thrum_full *full, const thrum_full_loading *loading,
                                    thrum_full_equilibrium *found, thrum_error *error);
 

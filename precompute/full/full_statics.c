@@ -46,6 +46,23 @@ static thrum_status begin_at(full_search *s, thrum_error *error) {
   return THRUM_OK;
 }
 
+/* Says how far the load came, and that the body lost its stability there, if it did. */
+static thrum_status refuse(const full_search *s, thrum_error *error) {
+  const thrum_full_equilibrium *made = s->found;
+  if (made->instability == THRUM_INSTABILITY_NONE)
+    return thrum_error_set(error, THRUM_NOT_CONVERGED,
+                           "full order: no equilibrium was found beyond %.6g of the load (%d "
+                           "steps, %d iterations)",
+                           s->factor, (int)made->load_steps, (int)made->iterations);
+  return thrum_error_set(
+      error, THRUM_NOT_CONVERGED,
+      "full order: the body %s at %.6g of the load, and no equilibrium was found beyond %.6g of "
+      "it (%d steps, %d iterations): take less of the load, or add a small one that leads it to a "
+      "side",
+      made->instability == THRUM_INSTABILITY_LIMIT ? "snaps through" : "buckles", made->critical,
+      s->factor, (int)made->load_steps, (int)made->iterations);
+}
+
 thrum_status thrum_full_rest(thrum_full *full, const double *forces, const double *moves,
                              thrum_full_equilibrium *found, thrum_error *error) {
   const thrum_full_loading loading = {.forces = forces, .moves = moves};
@@ -89,11 +106,9 @@ thrum_status thrum_full_rest_under(thrum_full *full, const thrum_full_loading *l
   if (status >= 0 &&
       !(loading->watch && loading->follower_count == 0 ? full_statics_watch(&s, error)
                                                        : full_statics_steps(&s, error)))
-    status = s.failure < 0 ? s.failure
-                           : thrum_error_set(error, THRUM_NOT_CONVERGED,
-                                             "full order: no equilibrium was found beyond %.6g of "
-                                             "the load (%d steps, %d iterations)",
-                                             s.factor, (int)made.load_steps, (int)made.iterations);
+    status = s.failure < 0 ? s.failure : refuse(&s, error);
+  if (status == THRUM_NOT_CONVERGED)
+    *found = made;
 
   // the tangent is another one now
   full->linear.ready = false;

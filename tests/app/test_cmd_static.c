@@ -797,6 +797,47 @@ static void a_square_column_is_followed_beyond_its_critical_load(void **state) {
   }
 }
 
+/* A search that comes to nothing beyond Euler's load, pi^2 E I/(4 L^2), says that the body buckles
+ * there and keeps the path; a small load across leads it on. */
+static void what_is_not_found_beyond_buckling_is_named(void **state) {
+  (void)state;
+  char load[64];
+  snprintf(load, sizeof load, "constant:%.17g,0,0@right",
+           -1.02 * 9.8696044 * 2.1e11 * pow(0.006, 4) / 12 / 4);
+  static const char *const across[] = {"constant:0,0,0@right", "constant:0,0,0.05@right"};
+  for (int n = 0; n < 2; n++) {
+    program_result run =
+        thrum_run(folder, "static", "beam:12x1x1@1x0.006x0.006", "--order", "2", "--fix", "left",
+                  "--young", "2.1e11", "--poisson", "0.3", "--density", "7850", "--load", load,
+                  "--load", across[n], "--full", "--path", n == 0 ? "to.csv" : "on.csv", NULL);
+    assert_int_equal(run.exit_code, n == 0 ? 1 : 0);
+    const char *place = strstr(run.err, "the body buckles at ");
+    assert_true((place != NULL) == (n == 0));
+    if (place != NULL)
+      assert_true(fabs(1.02 * strtod(place + strlen("the body buckles at "), NULL) - 1) < 0.02);
+    program_result_free(&run);
+  }
+
+  // up to the critical load
+  char *csv = text_file_read(in_folder("to.csv"));
+  assert_non_null(csv);
+  assert_non_null(strstr(csv, "\n0.99"));
+  free(csv);
+}
+
+/* The frequency at rest is that of the body, and not an estimate on the way: of a cube two modes
+ * are alike, and it was 1e-4 too high. */
+static void the_frequency_at_rest_is_exact(void **state) {
+  (void)state;
+  cJSON *object =
+      object_of(thrum_run(folder, "static", "beam:5x5x5@1x1x1", "--order", "1", "--fix", "left",
+                          "--load", "constant:0,0,-1e-3@right", "--full", "--json", NULL),
+                0);
+  const double rest = json_value(object, "frequency_rest_hz");
+  assert_true(fabs(json_value(object, "frequency_hz") / rest - 1) < 1e-6);
+  cJSON_Delete(object);
+}
+
 static void buckling_is_flagged_with_its_load(void **state) {
   (void)state;
   program_result run =
@@ -920,6 +961,8 @@ int main(void) {
       cmocka_unit_test(the_path_of_the_mesh_shows_the_snap),
       cmocka_unit_test(a_mesh_bears_out_the_critical_load_of_an_arch),
       cmocka_unit_test(a_square_column_is_followed_beyond_its_critical_load),
+      cmocka_unit_test(what_is_not_found_beyond_buckling_is_named),
+      cmocka_unit_test(the_frequency_at_rest_is_exact),
       cmocka_unit_test(buckling_is_flagged_with_its_load),
 
       // mistakes on the command line
