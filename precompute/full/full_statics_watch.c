@@ -78,12 +78,12 @@ static void take_drive(branch *b) {
   full_statics_evaluate(s, factor);
 }
 
-/* The eigenvalue and the rate at an equilibrium, with the tangent's factors. False where it is not
- * stable. */
-static bool look(branch *b, double *rate, thrum_error *error) {
+/* The eigenvalue to `tolerance` and the rate at an equilibrium, with the tangent's factors. False
+ * where it is not stable. */
+static bool look(branch *b, double tolerance, double *rate, thrum_error *error) {
   full_search *s = b->s;
   thrum_full *full = s->full;
-  thrum_status status = full_soft_look(full, &b->soft, true, ROUGH, error);
+  thrum_status status = full_soft_look(full, &b->soft, true, tolerance, error);
   if (status < 0 || !(b->soft.least > 0)) {
     s->failure = status == THRUM_OUT_OF_MEMORY ? status : s->failure;
     return false;
@@ -234,7 +234,7 @@ static bool step_to(branch *b, double factor, thrum_error *error) {
   // Newton without a shift leads nowhere beyond a loss of stability
   bool done = full_steps(s, factor, error);
   s->factor = factor;
-  done = done && look(b, b->rate_next, error);
+  done = done && look(b, ROUGH, b->rate_next, error);
   s->factor = was;
   b->left = done && !stiffened(b) ? unexplained(b, step) : INFINITY;
   if (b->left <= UNEXPLAINED) {
@@ -331,7 +331,7 @@ static bool fall_to(branch *b, double factor, thrum_error *error) {
     if (!settle(b, factor, error))
       return false;
     s->factor = factor;
-    if (s->found->stable && look(b, b->rate_next, error)) {
+    if (s->found->stable && look(b, ROUGH, b->rate_next, error)) {
       b->beyond = INFINITY;
       accept(b, factor, true);
       return true;
@@ -383,7 +383,7 @@ static thrum_status begin(branch *b, thrum_error *error) {
   full_statics_evaluate(s, 0);
   THRUM_TRY(full_assemble(full, full->place, 1, 0, 0, error));
   THRUM_TRY(full_linear_prepare(&full->linear, error));
-  if (!look(b, b->rate, error))
+  if (!look(b, EXACT, b->rate, error))
     return s->failure < 0 ? s->failure : THRUM_SINGULAR;
   b->least = b->least_scale = s->found->softest = b->soft.least;
   b->share = soft_share(b, b->rate);
