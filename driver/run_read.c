@@ -299,7 +299,7 @@ const char *recorded_error_text(const cJSON *report, const char *is,
   // a free body has the shape beside the motion, and a run that was made again ends perhaps before
   if (!isnan(shape))
     snprintf(of_shape, sizeof of_shape, " and %s %% of the shape", percent_text(shape, motion));
-  if (until < 0.999 * end)
+  if (until < 0.98 * end) // rows that are thinned end a little before the run
     snprintf(in, sizeof in, ", in the first %.3g of %.4g s", until, end);
   snprintf(text, RECORDED_ERROR_MAX, "%s %s %% of the motion%s %sby the basis%s",
            about ? "about" : "at least", percent_text(share, motion), of_shape, is, in);
