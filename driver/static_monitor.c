@@ -21,7 +21,7 @@
 #include "thrum/monitor.h"
 
 #define CORRECTIONS_MAX 64 /* of Newton */
-#define CORRECTED 1e-4     /* the last correction over the largest, in the energy norm */
+#define CORRECTED 1e-3     /* the last correction over the largest, in the energy norm */
 
 static thrum_status look_runtime(const thrum_model *model, const double *q, static_belief *belief,
                                  thrum_error *error) {
@@ -95,9 +95,10 @@ static thrum_status go_on(const static_answer *answer, const double *forces, int
     }
   }
 
-  // a mesh that is still on its way goes on at least so far
+  // two corrections say more than the one by the factor at rest, also of a mesh that is on its way
   const double share = sqrt(lacking / moved);
-  if (status >= 0 && moved > 0 && isfinite(share) && (ended || share > estimate->share)) {
+  if (status >= 0 && moved > 0 && isfinite(share) &&
+      (ended || found.iterations > 1 || share > estimate->share)) {
     estimate->share = share;
     estimate->about = ended;
     estimate->corrections = found.iterations;
