@@ -17,9 +17,9 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include <string.h>
 
+#include "core/polynomial/packed.h"
 #include "runtime/batch/batch_kernel.h"
 #include "runtime/batch/batch_rows.inl"
-#include "core/polynomial/packed.h"
 
 /* The eight partial sums of a row. */
 typedef struct sums8 {

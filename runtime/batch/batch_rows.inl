@@ -6,8 +6,8 @@
  * added first, so that the sums of all these rows stay in registers.
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#include "runtime/batch/batch_kernel.h"
 #include "core/polynomial/packed.h"
+#include "runtime/batch/batch_kernel.h"
 
 #define EACH_COLUMN(X) X(0) X(1) X(2) X(3) X(4) X(5) X(6) X(7)
 

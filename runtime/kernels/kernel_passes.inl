@@ -2,8 +2,8 @@
  * file that has included core/polynomial/kernel_lanes.h.
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#include "runtime/kernels/kernel_packed.inl"
 #include "core/polynomial/kernel_private.h"
+#include "runtime/kernels/kernel_packed.inl"
 // it needs the packed blocks
 #include "runtime/kernels/kernel_model.inl"
 // these need evaluations

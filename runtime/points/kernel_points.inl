@@ -12,8 +12,8 @@
 #include <string.h>
 
 #include "core/polynomial/packed.h"
-#include "runtime/points/point_law.h"
 #include "core/polynomial/points.h"
+#include "runtime/points/point_law.h"
 
 /* Components that are summed at once: as many as leave registers for the loads. */
 #ifndef POINT_SUMS
