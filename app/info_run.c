@@ -33,15 +33,9 @@ static const char *text_of(const cJSON *object, const char *key, char text[300])
   return safe_text(cJSON_GetObjectItemCaseSensitive(object, key), text);
 }
 
-/* A number of the report; NaN where it has none. */
-static double number_of(const cJSON *object, const char *key) {
-  const cJSON *item = cJSON_GetObjectItemCaseSensitive(object, key);
-  return cJSON_IsNumber(item) ? item->valuedouble : NAN;
-}
-
-/* The same in words: whole ones to their last digit; "?" where there is none. */
+/* A number of the report in words: whole ones to their last digit; "?" where there is none. */
 static const char *figure_of(const cJSON *object, const char *key, char text[40]) {
-  const double number = number_of(object, key);
+  const double number = json_number_of(object, key);
   if (isnan(number))
     snprintf(text, 40, "?");
   else
@@ -137,7 +131,7 @@ static void print_warnings(const char *body, const cJSON *report) {
 
   // a stretch below 0 is that of a tetrahedron turned inside out
   const cJSON *monitor = cJSON_GetObjectItemCaseSensitive(report, "monitor");
-  const double stretch = number_of(monitor, "least_stretch");
+  const double stretch = json_number_of(monitor, "least_stretch");
   if (!isnan(stretch))
     printf("; least stretch %.3g", stretch);
   puts("");
@@ -193,7 +187,7 @@ static void print_shares(const cJSON *report) {
   // all on one line, where a comma comes before each but the first that is printed
   const char *comma = "";
   for (size_t n = 0; n < sizeof shares / sizeof shares[0]; n++) {
-    const double share = number_of(condensed, shares[n][0]);
+    const double share = json_number_of(condensed, shares[n][0]);
     if (!(share > 0))
       continue;
     printf("%s%.2g %% %s", comma, 100 * share, shares[n][1]);
@@ -206,7 +200,7 @@ static void print_shares(const cJSON *report) {
 static void print_reason(const char *body, const cJSON *report) {
   const char *status = json_text_of(report, "status");
   const char *colon = body[0] != 0 ? ": " : "";
-  const double steps = number_of(report, "fallback_steps");
+  const double steps = json_number_of(report, "fallback_steps");
   if (status != NULL && strcmp(status, "fell_back") == 0 && steps > 0)
     printf("%-18s%s%s%.15g step%s needed %s\n", "", body, colon, steps, steps == 1 ? "" : "s",
            is_full(report) ? "to be taken as several shorter ones"
@@ -291,7 +285,7 @@ static void add_stepped(cJSON *object, const cJSON *report) {
   json_string(object, "model", json_text_of(report, "model"));
   json_string(object, "integrator", json_text_of(report, "integrator"));
   json_string(object, "stepped_by", json_text_of(report, "stepped_by"));
-  json_number(object, "rank", number_of(report, "rank"));
+  json_number(object, "rank", json_number_of(report, "rank"));
 }
 
 /* Adds what the monitor warned of; null where it did not look. */
@@ -300,10 +294,10 @@ static void add_warnings(cJSON *object, const cJSON *report) {
   const cJSON *monitor = cJSON_GetObjectItemCaseSensitive(report, "monitor");
   cJSON_AddItemToObject(object, "warnings",
                         raised != NULL ? cJSON_Duplicate(raised, true) : cJSON_CreateNull());
-  json_number(object, "least_stretch", number_of(monitor, "least_stretch"));
+  json_number(object, "least_stretch", json_number_of(monitor, "least_stretch"));
   json_number(object, "error_share",
-              number_of(cJSON_GetObjectItemCaseSensitive(report, "error_estimate"), "share"));
-  json_number(object, "fallback_steps", number_of(report, "fallback_steps"));
+              json_number_of(cJSON_GetObjectItemCaseSensitive(report, "error_estimate"), "share"));
+  json_number(object, "fallback_steps", json_number_of(report, "fallback_steps"));
 }
 
 /* Adds the energies of a run or of a body. */
@@ -311,7 +305,7 @@ static void add_energy(cJSON *object, const cJSON *report) {
   static const char *const keys[] = {"energy_first_j", "energy_last_j", "energy_min_j",
                                      "energy_max_j"};
   for (size_t n = 0; n < sizeof keys / sizeof keys[0]; n++)
-    json_number(object, keys[n], number_of(report, keys[n]));
+    json_number(object, keys[n], json_number_of(report, keys[n]));
 }
 
 /* Adds the options as the report has them; null where it has none. */
@@ -341,11 +335,11 @@ static void print_json(const recorded *run) {
   }
 
   // times and sizes
-  json_number(object, "dt", number_of(run->report, step_key(run)));
-  json_number(object, "steps", number_of(run->report, "steps"));
-  json_number(object, "simulated_s", number_of(run->report, "simulated_s"));
-  json_number(object, "rows", number_of(run->report, "rows"));
-  json_number(object, "frames", number_of(run->report, "frames"));
+  json_number(object, "dt", json_number_of(run->report, step_key(run)));
+  json_number(object, "steps", json_number_of(run->report, "steps"));
+  json_number(object, "simulated_s", json_number_of(run->report, "simulated_s"));
+  json_number(object, "rows", json_number_of(run->report, "rows"));
+  json_number(object, "frames", json_number_of(run->report, "frames"));
 
   // each body of a scene
   cJSON *bodies = run->scene ? cJSON_AddArrayToObject(object, "bodies") : NULL;

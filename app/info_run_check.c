@@ -94,18 +94,12 @@ static thrum_status check_figures(const char *file, const cJSON *object, const r
 #define CHECK(object, figures)                                                                     \
   check_figures(file, object, figures, sizeof(figures) / sizeof *(figures), error)
 
-/* A number of the report; NaN where it has none. */
-static double number_of(const cJSON *report, const char *key) {
-  const cJSON *item = cJSON_GetObjectItemCaseSensitive(report, key);
-  return cJSON_IsNumber(item) ? item->valuedouble : NAN;
-}
-
 /* Numbers that follow from each other, where both are there. */
 static thrum_status check_times(const char *file, const cJSON *report, thrum_error *error) {
   const cJSON *time = cJSON_GetObjectItemCaseSensitive(report, "simulated_s");
   const cJSON *rows = cJSON_GetObjectItemCaseSensitive(report, "rows");
-  const double steps = number_of(report, "steps");
-  const double dt = fmax(number_of(report, "dt"), number_of(report, "dt_s"));
+  const double steps = json_number_of(report, "steps");
+  const double dt = fmax(json_number_of(report, "dt"), json_number_of(report, "dt_s"));
   if (cJSON_IsNumber(time) && fabs(time->valuedouble - steps * dt) > TIME_ROUNDING * steps * dt)
     return refuse(file, time, "its steps times their length", error);
   if (cJSON_IsNumber(rows) && rows->valuedouble > steps + 1)

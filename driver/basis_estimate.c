@@ -44,7 +44,7 @@ bool basis_estimate_is_large(const basis_estimate *estimate, const basis_asked *
   return estimate->why == NULL && asked->accepted < 1 && estimate->share > asked->accepted;
 }
 
-static const char *size_of(const basis_estimate *estimate) {
+const char *basis_estimate_size(const basis_estimate *estimate) {
   return estimate->about ? "about" : "at least";
 }
 
@@ -52,7 +52,7 @@ void basis_estimate_json(const basis_estimate *estimate, cJSON *object) {
   cJSON *made = cJSON_AddObjectToObject(object, "error_estimate");
   const bool again = estimate->added > 0;
   json_number(made, "share", estimate->share);
-  json_string(made, "kind", estimate->why != NULL ? "not judged" : size_of(estimate));
+  json_string(made, "kind", estimate->why != NULL ? "not judged" : basis_estimate_size(estimate));
   json_string(made, "by",
               estimate->why != NULL       ? NULL
               : again                     ? "richer run"
@@ -87,7 +87,8 @@ void basis_estimate_print(const basis_estimate *estimate, const char *who, const
   }
 
   // of a free body the shape is said beside the motion, which is mostly that of the whole
-  printf("%s %s %% of the %s", size_of(estimate), percent_text(estimate->share, share), of);
+  printf("%s %s %% of the %s", basis_estimate_size(estimate), percent_text(estimate->share, share),
+         of);
   if (!isnan(estimate->shape))
     printf(" and %s %% of the shape", percent_text(estimate->shape, share));
 
@@ -113,5 +114,5 @@ void basis_estimate_warn(const basis_estimate *estimate, const basis_asked *aske
       "%sthe basis cannot show this %s: %s %s %% of it is wrong, beside the whole "
       "mesh; make it with thrum precompute --rank and --modes of more, with --handles where "
       "it is pulled, or with --train on its load; --accept-error takes it as it is",
-      who, of, size_of(estimate), percent_text(estimate->share, share));
+      who, of, basis_estimate_size(estimate), percent_text(estimate->share, share));
 }

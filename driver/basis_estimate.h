@@ -15,6 +15,7 @@ typedef enum basis_judging { BASIS_JUDGE_AUTO, BASIS_JUDGE_ON, BASIS_JUDGE_OFF }
 
 #define BASIS_SECONDS_MOST 10.0
 #define BASIS_ACCEPTED 0.1 /* share of the motion that may be wrong without a flag */
+#define BASIS_WHOLE 0.98   /* of a run: rows that are thinned end a little before it does */
 
 /* For request structs: what was asked for. */
 typedef struct basis_asked {
@@ -65,6 +66,9 @@ thrum_status basis_estimate_judge(const thrum_model *model, int64_t looks, const
 
 /* Is the error larger than what is accepted? */
 bool basis_estimate_is_large(const basis_estimate *estimate, const basis_asked *asked);
+
+/* "about", or "at least". */
+const char *basis_estimate_size(const basis_estimate *estimate);
 
 /* "error_estimate" of a report. */
 void basis_estimate_json(const basis_estimate *estimate, cJSON *object);

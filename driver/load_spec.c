@@ -251,26 +251,6 @@ bool load_target_equal(const load_target *a, const load_target *b) {
   return a->all == b->all && a->vertex == b->vertex && strcmp(a->name, b->name) == 0;
 }
 
-/* The vertices at a place, as a list of its own. */
-static thrum_status find_place(const thrum_model *model, const char *place, load_vertices *found,
-                               thrum_error *error) {
-  const int64_t count = model->vertex_count;
-  uint8_t *marks = NULL;
-  THRUM_TRY(thrum_reserve(&marks, count + 1, sizeof *marks, "the vertices of a load", error));
-  thrum_status status = thrum_reserve(&found->owned, count + 1, sizeof *found->owned,
-                                      "the vertices of a load", error);
-  THRUM_THEN(status,
-             thrum_vertex_places_mark(model->vertices, count, place, strlen(place), marks, error));
-  for (int64_t v = 0; v < count && status >= 0; v++)
-    if (marks[v])
-      found->owned[found->count++] = (int32_t)v;
-  free(marks);
-  if (status >= 0 && found->count == 0)
-    status = thrum_vertex_places_none(model->vertices, count, place, error);
-  found->list = found->owned;
-  return status;
-}
-
 static thrum_status find_vertex(const thrum_model *model, int64_t number, load_vertices *found,
                                 thrum_error *error) {
   if (number > model->vertex_count)
@@ -278,7 +258,6 @@ static thrum_status find_vertex(const thrum_model *model, int64_t number, load_v
                            (long long)model->vertex_count);
   THRUM_TRY(thrum_reserve(&found->owned, 1, sizeof *found->owned, "the vertex of a load", error));
   found->owned[0] = (int32_t)(number - 1);
-  found->list = found->owned;
   found->count = 1;
   return THRUM_OK;
 }
@@ -318,9 +297,12 @@ thrum_status load_target_find(const thrum_model *model, const load_target *targe
   else if (target->vertex > 0)
     status = find_vertex(model, target->vertex, found, error);
   else if (target->place)
-    status = find_place(model, target->name, found, error);
+    status = thrum_vertex_places_list(model->vertices, model->vertex_count, target->name,
+                                      &found->owned, &found->count, error);
   else
     status = find_group(model, target->name, found, error);
+  if (found->owned != NULL)
+    found->list = found->owned;
   if (status < 0)
     load_vertices_free(found);
   return status;

@@ -52,11 +52,6 @@ void model_coordinates_add(cJSON *object, const precompute_outcome *outcome) {
   }
 }
 
-static double number_of(const cJSON *row, const char *key) {
-  const cJSON *item = cJSON_GetObjectItemCaseSensitive(row, key);
-  return cJSON_IsNumber(item) ? item->valuedouble : NAN;
-}
-
 static bool is_kind(const cJSON *row, const char *kind) {
   const char *text = json_text_of(row, "kind");
   return text != NULL && strcmp(text, kind) == 0;
@@ -68,7 +63,8 @@ static bool goes_on(const cJSON *first, const cJSON *second) {
   const char *kind = json_text_of(first, "kind");
   if (kind == NULL || !is_kind(second, kind) || is_kind(first, "derivative"))
     return false;
-  return !is_kind(first, "mode") || number_of(second, "mode") == number_of(first, "mode") + 1;
+  return !is_kind(first, "mode") ||
+         json_number_of(second, "mode") == json_number_of(first, "mode") + 1;
 }
 
 static void print_pairs(const cJSON *row) {
@@ -78,7 +74,7 @@ static void print_pairs(const cJSON *row) {
   cJSON_ArrayForEach(pair, cJSON_GetObjectItemCaseSensitive(row, "pairs")) {
     const cJSON *modes = cJSON_GetObjectItemCaseSensitive(pair, "modes");
     const cJSON *i = cJSON_GetArrayItem(modes, 0), *j = cJSON_GetArrayItem(modes, 1);
-    const double share = number_of(pair, "share");
+    const double share = json_number_of(pair, "share");
     if (!cJSON_IsNumber(i) || !cJSON_IsNumber(j) || (!first && !(share >= PAIR_SHOWN)))
       break;
     printf("%s %.0f and %.0f (%.0f %%)", first ? "" : ",", i->valuedouble, j->valuedouble,
@@ -90,7 +86,7 @@ static void print_pairs(const cJSON *row) {
 
 /* The name of a run of `count` coordinates that begins with this one. */
 static void print_kind(const cJSON *row, int64_t count) {
-  const double mode = number_of(row, "mode");
+  const double mode = json_number_of(row, "mode");
   if (is_kind(row, "derivative"))
     print_pairs(row);
   else if (is_kind(row, "mode") && count > 1)

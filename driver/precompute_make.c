@@ -423,23 +423,14 @@ static thrum_status make_model(precompute_task *task, precompute_show *show,
 
 /* Makes a group of the mesh of what is at a place, of that name; other texts are passed over. */
 static thrum_status add_place(thrum_mesh *mesh, const char *text, thrum_error *error) {
-  const int64_t count = mesh->vertex_count;
+  int32_t *vertices = NULL;
+  int64_t count = 0;
   if (!thrum_vertex_places_meant(text) || thrum_mesh_find_group(mesh, text) != NULL)
     return THRUM_OK;
-  thrum_scope scope = thrum_scope_begin("a handle", error);
-  uint8_t *marks = thrum_scope_allocate(&scope, count, sizeof *marks);
-  int32_t *vertices = thrum_scope_allocate(&scope, count, sizeof *vertices);
-  thrum_status status = scope.status;
-  THRUM_THEN(status,
-             thrum_vertex_places_mark(mesh->vertices, count, text, strlen(text), marks, error));
-  int64_t marked = 0;
-  for (int64_t v = 0; v < count && status >= 0; v++)
-    if (marks[v])
-      vertices[marked++] = (int32_t)v;
-  if (status >= 0)
-    status = marked > 0 ? thrum_mesh_add_group(mesh, text, vertices, marked, error)
-                        : thrum_vertex_places_none(mesh->vertices, count, text, error);
-  thrum_scope_free(&scope);
+  THRUM_TRY(
+      thrum_vertex_places_list(mesh->vertices, mesh->vertex_count, text, &vertices, &count, error));
+  const thrum_status status = thrum_mesh_add_group(mesh, text, vertices, count, error);
+  free(vertices);
   return status;
 }
 

@@ -12,6 +12,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "driver/basis_estimate.h"
 #include "driver/model_hash.h"
 #include "driver/named_model.h"
 #include "driver/percent.h"
@@ -278,17 +279,13 @@ static thrum_status read_q(const char *folder, const cJSON *object, recorded_run
   return THRUM_OK;
 }
 
-/* A number of an object; NaN where it has none. */
-static double number_of(const cJSON *object, const char *key) {
-  const cJSON *item = cJSON_GetObjectItemCaseSensitive(object, key);
-  return cJSON_IsNumber(item) ? item->valuedouble : NAN;
-}
-
 const char *recorded_error_text(const cJSON *report, const char *is,
                                 char text[RECORDED_ERROR_MAX]) {
   const cJSON *estimate = cJSON_GetObjectItemCaseSensitive(report, "error_estimate");
-  const double share = number_of(estimate, "share"), shape = number_of(estimate, "shape_share");
-  const double until = number_of(estimate, "until_s"), end = number_of(report, "simulated_s");
+  const double share = json_number_of(estimate, "share"),
+               shape = json_number_of(estimate, "shape_share");
+  const double until = json_number_of(estimate, "until_s"),
+               end = json_number_of(report, "simulated_s");
   const bool about = json_text_of(estimate, "kind") != NULL &&
                      strcmp(json_text_of(estimate, "kind"), "about") == 0;
   char motion[PERCENT_MAX], of_shape[60] = "", in[60] = "";
@@ -299,7 +296,7 @@ const char *recorded_error_text(const cJSON *report, const char *is,
   // a free body has the shape beside the motion, and a run that was made again ends perhaps before
   if (!isnan(shape))
     snprintf(of_shape, sizeof of_shape, " and %s %% of the shape", percent_text(shape, motion));
-  if (until < 0.98 * end) // rows that are thinned end a little before the run
+  if (until < BASIS_WHOLE * end)
     snprintf(in, sizeof in, ", in the first %.3g of %.4g s", until, end);
   snprintf(text, RECORDED_ERROR_MAX, "%s %s %% of the motion%s %sby the basis%s",
            about ? "about" : "at least", percent_text(share, motion), of_shape, is, in);

@@ -9,6 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/base/vec3.h"
 #include "driver/run_placement.h"
 #include "platform/allocate.h"
 
@@ -215,19 +216,6 @@ static void add_drag(const body_now *now, const int32_t *corners) {
 
 /* --- all -------------------------------------------------------------------------------------- */
 
-static double diagonal_of(const thrum_model *model) {
-  double square = 0;
-  for (int axis = 0; axis < 3; axis++) {
-    double least = INFINITY, most = -INFINITY;
-    for (int64_t v = 0; v < model->vertex_count; v++) {
-      least = fmin(least, model->vertices[3 * v + axis]);
-      most = fmax(most, model->vertices[3 * v + axis]);
-    }
-    square += (most - least) * (most - least);
-  }
-  return sqrt(square);
-}
-
 thrum_status scene_run_forces(const scene_run *run, int32_t number, int64_t step, double *forces,
                               double acceleration[3], thrum_error *error) {
   const scene_body_run *body = &run->bodies[number];
@@ -238,7 +226,8 @@ thrum_status scene_run_forces(const scene_run *run, int32_t number, int64_t step
                   .body = body,
                   .acceleration = acceleration,
                   .forces = forces,
-                  .diagonal = body->spec->scale * diagonal_of(model)};
+                  .diagonal = body->spec->scale *
+                              thrum_box3_diagonal(model->vertices, model->vertex_count)};
   THRUM_TRY(thrum_scene_body_shape(run->scene, number, q, error));
   thrum_scene_body_matrix(run->scene, number, now.matrix);
   THRUM_TRY(thrum_reserve(&now.world, 6 * model->vertex_count, sizeof *now.world,

@@ -22,7 +22,6 @@
 #include "driver/scene_run_crossed.h"
 #include "driver/scene_run_forces.h"
 #include "driver/scene_run_link.h"
-#include "driver/scene_run_world.h"
 #include "platform/allocate.h"
 #include "platform/clock.h"
 
@@ -250,6 +249,12 @@ static const thrum_richer_model *richer_of(const again *a, int32_t n) {
   return is_judged(a->run, n) && richer->change != NULL ? richer : NULL;
 }
 
+/* q of a scaled body over q of its model in the file [1]. */
+static double scale_of_q(const scene_body_spec *spec) {
+  const double s = spec->scale;
+  return s * sqrt(spec->density * s * s * s);
+}
+
 /* The start of a body: where it was in its first row, with the coordinates of its richer model or
  * its own. */
 static thrum_status make_start(const again *a, int32_t n, bool richer, double *start,
@@ -262,18 +267,14 @@ static thrum_status make_start(const again *a, int32_t n, bool richer, double *s
   }
   THRUM_TRY(basis_rerun_start(record_of(a->run, n), to, start, start + to->model.rank, error));
 
-  // q of the scaled body
-  const double s = body->spec->scale;
-  cblas_dscal((int)to->model.rank, s * sqrt(body->spec->density * s * s * s), start, 1);
+  cblas_dscal((int)to->model.rank, scale_of_q(body->spec), start, 1);
   return THRUM_OK;
 }
 
 /* A start that is off by DISTURBANCE of the largest shape of the body in the run. */
 static void disturb(const again *a, int32_t n, double *q) {
   const basis_record *record = record_of(a->run, n);
-  const double s = a->run->bodies[n].spec->scale;
-  const double factor = s * sqrt(a->run->bodies[n].spec->density * s * s * s);
-  const double size = factor * sqrt(record->rows[BASIS_ROWS_MAX].size);
+  const double size = scale_of_q(a->run->bodies[n].spec) * sqrt(record->rows[BASIS_ROWS_MAX].size);
   for (int64_t i = 0; i < record->model->rank; i++)
     q[i] += DISTURBANCE * size * (i % 2 == 0 ? 1 : -1) / (double)(i + 1);
 }
@@ -492,13 +493,6 @@ static thrum_status step_all(again *a, sums *of, thrum_error *error) {
   return THRUM_OK;
 }
 
-/* What a body does that touches or is tied to others is no bound: with another basis it meets them
- * otherwise, and not always nearer to what the mesh would do. */
-static bool meets(const scene_run *run, int32_t n) {
-  return run->spec.obstacles.count > 0 || scene_run_body_meets(run, run->bodies + n) ||
-         scene_run_is_linked(run, n);
-}
-
 static void conclude(const again *a, const sums *of, double seconds) {
   for (int32_t n = 0; n < a->run->run.body_count; n++) {
     const thrum_richer_model *richer = richer_of(a, n);
@@ -511,7 +505,10 @@ static void conclude(const again *a, const sums *of, double seconds) {
     if (!(sum->moved > 0) || !isfinite(sum->lacking) || !isfinite(sum->moved))
       continue;
     estimate->why = NULL;
-    estimate->about = meets(a->run, n);
+
+    // what meets others is no bound: with another basis it meets them otherwise, and not always
+    // nearer to what the mesh would do
+    estimate->about = scene_run_is_met(a->run, n);
     estimate->share = sqrt(sum->lacking / sum->moved);
 
     // a body that nothing deforms has no shape to be wrong

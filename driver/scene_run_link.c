@@ -10,6 +10,7 @@
 
 #include "config/message.h"
 #include "driver/scene_run_refuse.h"
+#include "driver/scene_run_world.h"
 #include "io/json.h"
 #include "platform/allocate.h"
 
@@ -208,6 +209,11 @@ bool scene_run_is_linked(const scene_run *run, int32_t number) {
       return true;
   }
   return false;
+}
+
+bool scene_run_is_met(const scene_run *run, int32_t number) {
+  return run->spec.obstacles.count > 0 || scene_run_body_meets(run, run->bodies + number) ||
+         scene_run_is_linked(run, number);
 }
 
 cJSON *scene_run_links_json(const scene_run *run) {

@@ -12,6 +12,10 @@ thrum_status scene_run_open_links(scene_run *run, thrum_error *error);
 thrum_status scene_run_record_links(scene_run *run, thrum_error *error);
 thrum_status scene_run_end_links(scene_run *run, thrum_error *error);
 bool scene_run_is_linked(const scene_run *run, int32_t number);
+
+/* May something touch the body, or does a link tie it? */
+bool scene_run_is_met(const scene_run *run, int32_t number);
+
 cJSON *scene_run_links_json(const scene_run *run);
 void scene_run_print_links(const scene_run *run);
 

@@ -12,7 +12,6 @@
 #include "driver/scene_run_contact.h"
 #include "driver/scene_run_judge.h"
 #include "driver/scene_run_link.h"
-#include "driver/scene_run_world.h"
 #include "driver/simulate_report.h"
 #include "io/json.h"
 #include "platform/stop_request.h"
@@ -80,8 +79,7 @@ static bool is_judged_together(const scene_run *run, int32_t n) {
   const scene_body_run *body = &run->bodies[n];
   const scene_body_spec *spec = body->spec;
   return spec->scale != 1 || spec->stiffness != 1 || spec->density != 1 || spec->free ||
-         run->spec.wind.at.node != NULL || run->spec.obstacles.count > 0 ||
-         scene_run_body_meets(run, body) || scene_run_is_linked(run, n);
+         run->spec.wind.at.node != NULL || scene_run_is_met(run, n);
 }
 
 static thrum_status open_body(scene_run *run, int32_t n, thrum_error *error) {
@@ -111,8 +109,7 @@ static thrum_status open_body(scene_run *run, int32_t n, thrum_error *error) {
                            body->spec->name);
 
   // what wind, contact and links give and take is no drift, and not counted as work
-  if (run->spec.obstacles.count > 0 || run->spec.wind.at.node != NULL ||
-      scene_run_body_meets(run, body) || scene_run_is_linked(run, n)) {
+  if (run->spec.wind.at.node != NULL || scene_run_is_met(run, n)) {
     run->run.bodies[n].figures.windows = (driver_drift){0};
     run->run.bodies[n].figures.uncounted = true;
   }

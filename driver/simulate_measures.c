@@ -256,9 +256,6 @@ static void print_stress(const simulate_measures *m) {
          m->peak_tet + 1, m->peak_time);
 }
 
-/* Rows that are thinned end a little before the run does. */
-#define MOST_OF_IT 0.98
-
 void simulate_measures_error(const simulate_measures *m, const char *who, double end) {
   const basis_estimate *of = &m->basis.estimate;
   char share[PERCENT_MAX];
@@ -266,11 +263,11 @@ void simulate_measures_error(const simulate_measures *m, const char *who, double
   if (of->why != NULL)
     return;
   if (!isnan(of->velocity))
-    printf("             %s %s %% of the velocity\n", of->about ? "about" : "at least",
+    printf("             %s %s %% of the velocity\n", basis_estimate_size(of),
            percent_text(of->velocity, share));
 
   // a scene may be chaotic, and each run has its time
-  if (of->until < MOST_OF_IT * end)
+  if (of->until < BASIS_WHOLE * end)
     printf("             known up to %.3g s of %.4g s: %s\n", of->until, end,
            m->basis_parted ? "beyond it the motion hangs on the last digits"
            : who != NULL   ? "more takes long (\"judge\": \"on\" in \"outputs\")"

@@ -49,6 +49,8 @@ void json_number(cJSON *object, const char *key, double value) {
 
 double json_number_of(const cJSON *object, const char *key) {
   const cJSON *item = cJSON_GetObjectItemCaseSensitive(object, key);
+  if (cJSON_IsNumber(item))
+    return item->valuedouble;
   return cJSON_IsRaw(item) ? strtod(item->valuestring, NULL) : NAN;
 }
 

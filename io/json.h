@@ -18,7 +18,8 @@ bool json_memory_failed(void);
 
 /* Adds a number with all its digits to a cJSON object; null when it is not finite. */
 void json_number(cJSON *object, const char *key, double value);
-/* Such a number of an object; NaN where it is null or is not there. */
+/* A number of an object, as it was added here or read from a file; NaN where it is null or is not
+ * there. */
 double json_number_of(const cJSON *object, const char *key);
 /* Such a text; NULL where there is none. */
 const char *json_text_of(const cJSON *object, const char *key);

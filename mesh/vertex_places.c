@@ -3,9 +3,11 @@
 #include "mesh/vertex_places.h"
 
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "io/text.h"
+#include "platform/allocate.h"
 
 #define NEAR "near:"
 enum { TERMS_MAX = 32, SHOWN_MAX = 100 };
@@ -172,4 +174,31 @@ thrum_status thrum_vertex_places_none(const double *vertices, int64_t vertex_cou
                                       const char *text, thrum_error *error) {
   const extent box = extent_of(vertices, vertex_count);
   return refuse_by_extent(&box, text, strlen(text), "names no vertex of the mesh", error);
+}
+
+thrum_status thrum_vertex_places_list(const double *vertices, int64_t vertex_count,
+                                      const char *text, int32_t **list, int64_t *count,
+                                      thrum_error *error) {
+  uint8_t *marks = NULL;
+  int32_t *found = NULL;
+  int64_t marked = 0;
+  thrum_status status =
+      thrum_reserve(&marks, vertex_count + 1, sizeof *marks, "the vertices of a place", error);
+  THRUM_THEN(status, thrum_reserve(&found, vertex_count + 1, sizeof *found,
+                                   "the vertices of a place", error));
+  THRUM_THEN(status,
+             thrum_vertex_places_mark(vertices, vertex_count, text, strlen(text), marks, error));
+  for (int64_t v = 0; v < vertex_count && status >= 0; v++)
+    if (marks[v])
+      found[marked++] = (int32_t)v;
+  free(marks);
+  if (status >= 0 && marked == 0)
+    status = thrum_vertex_places_none(vertices, vertex_count, text, error);
+  if (status < 0) {
+    free(found);
+    return status;
+  }
+  *list = found;
+  *count = marked;
+  return THRUM_OK;
 }

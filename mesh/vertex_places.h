@@ -24,4 +24,10 @@ thrum_status thrum_vertex_places_mark(const double *vertices, int64_t vertex_cou
 thrum_status thrum_vertex_places_none(const double *vertices, int64_t vertex_count,
                                       const char *text, thrum_error *error);
 
+/* The vertices at a place, ascending, one at least: *list (*count), which the caller frees. On
+ * failure, as of the two above, both are untouched. */
+thrum_status thrum_vertex_places_list(const double *vertices, int64_t vertex_count,
+                                      const char *text, int32_t **list, int64_t *count,
+                                      thrum_error *error);
+
 #endif
