@@ -3,8 +3,8 @@
 #include "app/cmd.h"
 #include "app/mpi_program.h"
 #include "config/message.h"
+#include "driver/model_names.h"
 #include "driver/scene_options.h"
-#include "driver/scene_spec.h"
 #include "driver/simulate_run.h"
 #include "platform/allocate.h"
 
@@ -27,7 +27,7 @@ int cmd_simulate_shared(int argc, char **argv, const thrum_full_shared *shared,
 
   // a name that ends in .json is a scene, which has few options of its own
   const bool ready = code == COMMAND_DONE;
-  if (ready && scene_spec_is_named(request.model_path))
+  if (ready && is_scene_name(request.model_path))
     code = scene_run_command(argc, argv);
   else if (ready)
     code = simulate_run_request(&request);

@@ -15,6 +15,7 @@
 #include "app/view/viewer_page.h"
 #include "config/message.h"
 #include "config/options.h"
+#include "driver/model_names.h"
 #include "driver/run_read.h"
 #include "driver/scene_read.h"
 #include "io/json.h"
@@ -91,7 +92,7 @@ static int check_names(const view_request *request) {
                           request->output);
 
     // one scene or one run has the page for itself
-    if (request->count > 1 && scene_spec_is_named(name))
+    if (request->count > 1 && is_scene_name(name))
       return config_usage("view", "one scene at a time, and no models beside it");
     if (request->count > 1 && is_run(name))
       return config_usage("view", "one run at a time, and no models beside it");
@@ -108,7 +109,7 @@ static int check_names(const view_request *request) {
   }
 
   // a surface belongs to one model; in a scene each body names its own
-  if (request->surface != NULL && (request->count != 1 || scene_spec_is_named(request->names[0]) ||
+  if (request->surface != NULL && (request->count != 1 || is_scene_name(request->names[0]) ||
                                    is_scene_folder(request->names[0])))
     return config_usage("view", "--surface goes with one model, or the run of one");
   if (request->fps != FPS_DEFAULT && !(request->count == 1 && is_run(request->names[0])))

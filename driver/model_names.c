@@ -2,6 +2,7 @@
 #include "driver/model_names.h"
 
 #include <string.h>
+#include <sys/stat.h>
 
 const char *const model_names[MODEL_NAME_COUNT] = {
 #define X(name, text) #name,
@@ -18,4 +19,12 @@ bool is_model_name_or_spec(const char *text) {
     if (strncmp(text, kinds[n], strlen(kinds[n])) == 0)
       return true;
   return false;
+}
+
+bool is_scene_name(const char *path) {
+  struct stat status;
+  const size_t length = strlen(path);
+  if (length < 6 || strcmp(path + length - 5, ".json") != 0)
+    return false;
+  return stat(path, &status) != 0 || !S_ISDIR(status.st_mode);
 }

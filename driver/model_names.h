@@ -1,4 +1,5 @@
-/* The names of the models that come with Thrum. SPDX-License-Identifier: Apache-2.0 */
+/* What may be named where a model is wanted: those that come with Thrum, specs, scene files.
+ * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_DRIVER_MODEL_NAMES_H
 #define THRUM_DRIVER_MODEL_NAMES_H
 
@@ -23,5 +24,8 @@ extern const char *const model_names[MODEL_NAME_COUNT];
 
 /* Is this the name of a model, or a spec such as beam: or sine:, and no file? */
 bool is_model_name_or_spec(const char *text);
+
+/* Is this the name of a scene file? One that ends with .json and is no folder. */
+bool is_scene_name(const char *path);
 
 #endif

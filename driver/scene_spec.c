@@ -7,7 +7,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include "driver/region_material.h"
@@ -28,14 +27,6 @@ bool scene_axis_angle(const double axis[3], double angle, double rotation[4]) {
   for (int n = 0; n < 3; n++)
     rotation[1 + n] = sin(half) * axis[n] / length;
   return true;
-}
-
-bool scene_spec_is_named(const char *path) {
-  struct stat status;
-  const size_t length = strlen(path);
-  if (length < 6 || strcmp(path + length - 5, ".json") != 0)
-    return false;
-  return stat(path, &status) != 0 || !S_ISDIR(status.st_mode);
 }
 
 const char *scene_body_place(const scene_spec *spec, const scene_body_spec *body,

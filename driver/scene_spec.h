@@ -5,7 +5,7 @@
 
 #include "config/options.h"
 #include "driver/base_motion_spec.h"
-#include "driver/basis_estimate.h"
+#include "driver/basis_asked.h"
 #include "driver/load_spec.h"
 #include "driver/mesh_model.h"
 #include "driver/start_spec.h"
@@ -187,9 +187,6 @@ extern const config_option scene_keys[];
 #define SCENE_PLACE_MAX 300
 const char *scene_body_place(const scene_spec *spec, const scene_body_spec *body,
                              char place[SCENE_PLACE_MAX]);
-
-/* Is this the name of a scene file? One that ends with .json and is no folder. */
-bool scene_spec_is_named(const char *path);
 
 /* Can this be the name of a body's folder or of a column? Letters, digits, '-', '_' and '.', so
  * that it leads nowhere else. */

@@ -4,7 +4,6 @@
 #include <string.h>
 
 #include "config/parse.h"
-#include "driver/basis_estimate.h"
 #include "mesh/formats/mesh_read.h"
 #include "mesh/mesh.h"
 #include "mesh/mesh_units.h"
@@ -19,7 +18,6 @@ static const char *const implicit_solvers[] = {THRUM_IMPLICIT_SOLVER_LIST(X) NUL
 static const char *const split_forms[] = {THRUM_SPLIT_FORM_LIST(X) NULL};
 const char *const law_names[] = {THRUM_LAW_LIST(X) NULL};
 #undef X
-const char *const basis_judging_names[] = {"auto", "on", "off", NULL};
 
 thrum_law law_of_run(bool given, thrum_law law, const thrum_model *model) {
   return given ? law : thrum_law_of_model(model);

@@ -4,7 +4,7 @@
 #include <math.h>
 
 #include "config/message.h"
-#include "driver/scene_spec.h"
+#include "driver/model_names.h"
 #include "driver/shared_options.h"
 #include "thrum/scene.h"
 
@@ -226,7 +226,7 @@ static const char *plastic_option(const thrum_plastic *plastic) {
 /* Whether plastic flow can be had as it is asked for. Models say themselves which of them flow. */
 static int check_plastic(const simulate_request *request) {
   const char *plastic = plastic_option(&request->def.plastic);
-  if (request->against_mesh > 0 && scene_spec_is_named(request->model_path))
+  if (request->against_mesh > 0 && is_scene_name(request->model_path))
     return config_usage("simulate", "--against-mesh is of a model: a scene has no mesh of its own");
   if (plastic && request->stress)
     return config_usage(
@@ -297,7 +297,7 @@ static int finish(simulate_request *request) {
   if (request->run_path == NULL)
     return config_usage("simulate", "where to? name the run's folder with -o RUN");
 
-  if (request->threads > 1 && !scene_spec_is_named(request->model_path))
+  if (request->threads > 1 && !is_scene_name(request->model_path))
     return config_usage("simulate", "--threads is of a scene: one body is stepped by one thread");
 
   // an option without effect would let a user believe that another integrator stepped
@@ -307,7 +307,7 @@ static int finish(simulate_request *request) {
                         thrum_integrator_name(request->def.integrator));
 
   // the length of the run, of which a step is no more than the whole; a scene has a time of its own
-  if (!scene_spec_is_named(request->model_path) &&
+  if (!is_scene_name(request->model_path) &&
       simulate_step_is_longer(request->time, request->def.dt))
     return config_usage("simulate",
                         "--dt %g is longer than the whole run, --time %g: take a shorter step",

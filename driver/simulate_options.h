@@ -4,7 +4,7 @@
 
 #include "config/options.h"
 #include "driver/base_motion_spec.h"
-#include "driver/basis_estimate.h"
+#include "driver/basis_asked.h"
 #include "driver/load_spec.h"
 #include "driver/mesh_model.h"
 #include "driver/start_spec.h"

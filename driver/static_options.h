@@ -3,7 +3,7 @@
 #define THRUM_DRIVER_STATIC_OPTIONS_H
 
 #include "config/options.h"
-#include "driver/basis_estimate.h"
+#include "driver/basis_asked.h"
 #include "driver/load_spec.h"
 #include "driver/mesh_model.h"
 #include "precompute/full/full.h"

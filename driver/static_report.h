@@ -3,6 +3,7 @@
 #ifndef THRUM_DRIVER_STATIC_REPORT_H
 #define THRUM_DRIVER_STATIC_REPORT_H
 
+#include "driver/basis_estimate.h"
 #include "driver/node_stress.h"
 #include "driver/static_forces.h"
 #include "driver/static_options.h"

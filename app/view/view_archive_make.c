@@ -11,6 +11,7 @@
 #include "app/view/view_archive_list.h"
 #include "config/message.h"
 #include "driver/locking.h"
+#include "driver/model_names.h"
 #include "driver/named_model.h"
 #include "driver/scene_run.h"
 #include "driver/scene_run_build.h"
@@ -120,7 +121,7 @@ static thrum_status pack_scene(const char *path, bool quiet, view_archive *archi
 
 thrum_status view_archive_of_names(const char *const *names, int64_t count, const char *surface,
                                    bool quiet, view_archive *archive, thrum_error *error) {
-  return count == 1 && scene_spec_is_named(names[0])
+  return count == 1 && is_scene_name(names[0])
              ? pack_scene(names[0], quiet, archive, error)
              : pack_models(names, count, surface, quiet, archive, error);
 }
