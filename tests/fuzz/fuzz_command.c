@@ -2,9 +2,9 @@
  * that are drawn from their tables.
  *
  * sources: driver/simulate_options.c driver/static_options.c driver/precompute_request.c
- * driver/job_list.c driver/shared_options.c config/options.c config/options_json.c
+ * driver/job_list.c driver/shared_options.c driver/basis_asked.c config/options.c config/options_json.c
  * config/options_command.c config/parse.c driver/load_spec.c mesh/vertex_places.c
- * driver/base_motion_spec.c driver/start_spec.c driver/scene_spec.c driver/mesh_model.c
+ * driver/base_motion_spec.c driver/start_spec.c driver/mesh_model.c
  * driver/named_model.c driver/model_names.c driver/region_material.c
  * driver/train_case.c platform/allocate.c mesh/formats/surface_read.c io/json_read.c io/text.c
  * io/file.c io/paths.c mesh/formats/mesh_read.c mesh/mesh_units.c precompute/full/full.c

@@ -3,7 +3,7 @@
  * first one. What can be written is written and read again.
  *
  * sources: mesh/*.c mesh/formats/*.c io/text.c io/file.c io/npy_file.c io/npz.c io/paths.c
- * io/json_read.c platform/*.c driver/scene_spec.c driver/scene_keys.c driver/shared_options.c
+ * io/json_read.c platform/*.c driver/scene_spec.c driver/scene_keys.c driver/shared_options.c driver/basis_asked.c
  * config/options.c config/options_json.c config/options_command.c config/parse.c config/message.c
  * driver/load_spec.c driver/base_motion_spec.c driver/start_spec.c
  * driver/static_solve.c driver/mesh_model.c driver/named_model.c driver/model_names.c

@@ -1,6 +1,6 @@
 /* Fuzz target of the reader of scene files, up to the models.
  *
- * sources: driver/scene_spec.c driver/scene_keys.c driver/shared_options.c config/options.c
+ * sources: driver/scene_spec.c driver/scene_keys.c driver/shared_options.c driver/basis_asked.c config/options.c
  * config/options_json.c config/options_command.c config/parse.c config/message.c
  * driver/load_spec.c mesh/vertex_places.c driver/base_motion_spec.c
  * driver/start_spec.c driver/mesh_model.c driver/named_model.c driver/model_names.c
