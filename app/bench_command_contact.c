@@ -9,7 +9,7 @@
 #include "bench/measured_model.h"
 #include "config/message.h"
 #include "config/options.h"
-#include "driver/display_surface.h"
+#include "driver/model/display_surface.h"
 #include "io/json.h"
 #include "platform/thread_team.h"
 #include "precompute/build_info.h"

@@ -10,7 +10,7 @@
 #include "bench/measure_pipeline.h"
 #include "config/message.h"
 #include "config/options.h"
-#include "driver/precompute_progress.h"
+#include "driver/make/precompute_progress.h"
 #include "io/json.h"
 #include "precompute/build_info.h"
 

@@ -6,7 +6,7 @@
 #include "app/bench_command.h"
 #include "app/bench_speed.h"
 #include "config/message.h"
-#include "driver/model_cut.h"
+#include "driver/model/model_cut.h"
 #include "io/json.h"
 
 static thrum_status measure(const bench_request *request, const thrum_model *model, cJSON *rows,

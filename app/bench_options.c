@@ -5,7 +5,7 @@
 #include "app/bench_options.h"
 #include "config/message.h"
 #include "config/options.h"
-#include "driver/shared_options.h"
+#include "driver/spec/shared_options.h"
 
 static thrum_status take_ranks(const config_given *given, void *request) {
   bench_request *r = request;

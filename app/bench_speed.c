@@ -10,7 +10,7 @@
 #include "bench/measured_model.h"
 #include "config/message.h"
 #include "config/progress.h"
-#include "driver/run_plot.h"
+#include "driver/record/run_plot.h"
 #include "io/file.h"
 #include "io/folder.h"
 #include "io/json.h"

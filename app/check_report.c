@@ -7,7 +7,7 @@
 #include <stdint.h>
 #include <stdio.h>
 
-#include "driver/mesh_warnings.h"
+#include "driver/model/mesh_warnings.h"
 #include "io/json.h"
 #include "mesh/mesh_flags.h"
 #include "mesh/mesh_groups.h"

@@ -10,9 +10,9 @@
 #include "config/message.h"
 #include "config/options.h"
 #include "core/base/pi.h"
-#include "driver/run_compare.h"
-#include "driver/scene_read.h"
-#include "driver/shared_options.h"
+#include "driver/record/run_compare.h"
+#include "driver/scene/scene_read.h"
+#include "driver/spec/shared_options.h"
 #include "io/json.h"
 #include "platform/allocate.h"
 

@@ -6,7 +6,7 @@
 #include "app/cmd.h"
 #include "app/commands.h"
 #include "config/message.h"
-#include "driver/scene_spec.h"
+#include "driver/scene/scene_spec.h"
 
 #define COMMANDS_MAX 32
 

@@ -3,9 +3,9 @@
 #include "app/cmd.h"
 #include "app/mpi_program.h"
 #include "config/message.h"
-#include "driver/model_names.h"
-#include "driver/scene_options.h"
-#include "driver/simulate_run.h"
+#include "driver/run/simulate_run.h"
+#include "driver/scene/scene_options.h"
+#include "driver/spec/model_names.h"
 #include "platform/allocate.h"
 
 int cmd_simulate_shared(int argc, char **argv, const thrum_full_shared *shared,

@@ -8,7 +8,7 @@
 #include "app/results.h"
 #include "config/message.h"
 #include "config/progress.h"
-#include "driver/job_list.h"
+#include "driver/spec/job_list.h"
 #include "io/folder.h"
 #include "io/json.h"
 #include "platform/allocate.h"

@@ -8,8 +8,8 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "driver/job_list.h"
-#include "driver/named_model.h"
+#include "driver/make/named_model.h"
+#include "driver/spec/job_list.h"
 #include "io/json_table.h"
 #include "thrum/thrum.h"
 #include "validation/experiments/extremes.h"

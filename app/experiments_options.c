@@ -5,7 +5,7 @@
 
 #include "app/experiments.h"
 #include "config/message.h"
-#include "driver/shared_options.h"
+#include "driver/spec/shared_options.h"
 #include "validation/experiments/sweep.h"
 
 #define THREADS_MAX 256

@@ -9,8 +9,8 @@
 #include <string.h>
 
 #include "config/message.h"
-#include "driver/run_entries.h"
-#include "driver/run_read.h"
+#include "driver/record/run_entries.h"
+#include "driver/record/run_read.h"
 #include "io/json.h"
 
 typedef struct recorded {

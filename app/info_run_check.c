@@ -7,8 +7,8 @@
 
 #include "app/info_run.h"
 #include "config/message.h"
-#include "driver/scene_spec.h"
-#include "driver/simulate_options.h"
+#include "driver/run/simulate_options.h"
+#include "driver/scene/scene_spec.h"
 #include "io/json.h"
 
 #define COUNT_MOST (SIMULATE_STEPS_MAX + 1) /* of rows and frames: one a step, and the first */

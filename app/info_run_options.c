@@ -6,7 +6,7 @@
 
 #include "app/info_run.h"
 #include "config/message.h"
-#include "driver/simulate_report.h"
+#include "driver/run/simulate_report.h"
 #include "io/json.h"
 
 /* These have lines of their own. */

@@ -7,7 +7,7 @@
 
 #include "app/commands.h"
 #include "config/message.h"
-#include "driver/scene_spec.h"
+#include "driver/scene/scene_spec.h"
 
 /* Calls `print` for each command, and for each measurement of `bench`. */
 static void each_command(void (*print)(const config_command *command)) {

@@ -8,7 +8,7 @@
 
 #include "bench/bench.h"
 #include "config/message.h"
-#include "driver/named_model.h"
+#include "driver/make/named_model.h"
 #include "io/json.h"
 #include "io/paths.h"
 #include "platform/program.h"

@@ -8,7 +8,7 @@
 #include <string.h>
 
 #include "app/results.h"
-#include "driver/basis_estimate.h"
+#include "driver/model/basis_estimate.h"
 #include "io/json.h"
 #include "io/number_text.h"
 #include "io/shell_word.h"

@@ -7,8 +7,8 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "driver/full_motion_kept.h"
-#include "driver/job_list.h"
+#include "driver/make/full_motion_kept.h"
+#include "driver/spec/job_list.h"
 #include "io/json.h"
 #include "io/paths.h"
 #include "platform/allocate.h"

@@ -7,7 +7,7 @@
 #include <cjson/cJSON.h>
 
 #include "app/tradeoff_options.h"
-#include "driver/full_motion_kept.h"
+#include "driver/make/full_motion_kept.h"
 
 /* The jobs of one call, and the results that are collected. */
 typedef struct tradeoff_jobs {

@@ -4,8 +4,8 @@
 
 #include "app/tradeoff_options.h"
 #include "config/message.h"
-#include "driver/shared_options.h"
-#include "driver/train_case.h"
+#include "driver/make/train_case.h"
+#include "driver/spec/shared_options.h"
 #include "mesh/formats/mesh_read.h"
 
 #define FPS_DEFAULT 60

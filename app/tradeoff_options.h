@@ -5,9 +5,9 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "driver/job_list.h"
-#include "driver/load_spec.h"
-#include "driver/mesh_model.h"
+#include "driver/make/mesh_model.h"
+#include "driver/spec/job_list.h"
+#include "driver/spec/load_spec.h"
 #include "validation/tradeoff/tradeoff.h"
 
 /* Whether models of cubature points are tried beside those of polynomials. */

@@ -12,8 +12,8 @@
 #include <string.h>
 
 #include "config/message.h"
-#include "driver/pull_warning.h"
-#include "driver/render_mesh.h"
+#include "driver/export/render_mesh.h"
+#include "driver/make/pull_warning.h"
 #include "io/json.h"
 #include "mesh/model_quality.h"
 #include "precompute/model/touch.h"

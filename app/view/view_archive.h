@@ -6,14 +6,14 @@
 #include <cjson/cJSON.h>
 #include <stdbool.h>
 
-#include "driver/scene_read.h"
-#include "driver/scene_run.h"
+#include "driver/scene/scene_read.h"
+#include "driver/scene/scene_run.h"
 
 typedef struct view_archive_model {
   const char *name, *title;
   const thrum_model *model; /* with a mesh and a basis */
-  const char
-      *surface; /* shown in place of the mesh's skin (driver/render_mesh.h); NULL: the skin */
+  const char *
+      surface; /* shown in place of the mesh's skin (driver/export/render_mesh.h); NULL: the skin */
   bool coupled; /* rotation and shape of one of its bodies act on each other */
 } view_archive_model;
 

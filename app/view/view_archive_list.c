@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "driver/named_model.h"
+#include "driver/make/named_model.h"
 #include "io/paths.h"
 #include "platform/allocate.h"
 

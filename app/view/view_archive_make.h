@@ -12,7 +12,7 @@
 /* Loads models, by their files or names (precomputing those that are not cached), and puts them in
  * a scene of the first; or reads the one scene file that is named, with the models it names. It
  * warns about anything in a scene that the viewer leaves out. `surface`: shown in place of the own
- * surface of the one model that is named (driver/render_mesh.h); NULL: none. */
+ * surface of the one model that is named (driver/export/render_mesh.h); NULL: none. */
 thrum_status view_archive_of_names(const char *const *names, int64_t count, const char *surface,
                                    bool quiet, view_archive *archive, thrum_error *error);
 

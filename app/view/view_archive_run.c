@@ -9,9 +9,9 @@
 #include "app/view/view_archive.h"
 #include "app/view/view_archive_list.h"
 #include "config/message.h"
-#include "driver/run_folder.h"
-#include "driver/scene_read.h"
-#include "driver/scene_run_world.h"
+#include "driver/record/run_folder.h"
+#include "driver/scene/scene_read.h"
+#include "driver/scene/scene_run_world.h"
 #include "io/json.h"
 #include "platform/allocate.h"
 

@@ -7,8 +7,8 @@
 #include <stdlib.h>
 
 #include "app/view/view_archive.h"
-#include "driver/scene_run_solid.h"
-#include "driver/scene_run_world.h"
+#include "driver/scene/scene_run_solid.h"
+#include "driver/scene/scene_run_world.h"
 #include "io/json.h"
 #include "thrum/thrum.h"
 

@@ -1,5 +1,5 @@
 /* Fuzz target of the table of accelerations that --base-motion reads.
- * sources: driver/base_motion_spec.c driver/load_spec.c mesh/vertex_places.c config/parse.c
+ * sources: driver/spec/base_motion_spec.c driver/spec/load_spec.c mesh/vertex_places.c config/parse.c
  * config/message.c core/loads/load_mean.c core/loads/base_motion.c core/base/finite.c
  * core/base/status.c io/file.c
  * platform/interrupt.c platform/allocate.c mesh/mesh_grow.c io/text.c
@@ -7,7 +7,7 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include <math.h>
 
-#include "driver/base_motion_spec.h"
+#include "driver/spec/base_motion_spec.h"
 #include "tests/fuzz/fuzz_file.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {

@@ -30,8 +30,8 @@ import time
 # the readers, whose lines are counted one by one
 READERS = ("mesh/formats/mesh_read", "mesh/formats/surface_read", "io/json_read", "io/npy_file", "io/npz", "core/base/npy",
            "core/base/seal", "core/model/archive", "core/model/zip", "core/model/model_layout",
-           "runtime/readout/embedding", "core/step/state_snapshot", "scene/scene_snapshot", "driver/scene_spec",
-           "driver/load_spec", "driver/start_spec", "driver/base_motion_spec", "precompute/vega_reduced", "mesh/mesh_fix")
+           "runtime/readout/embedding", "core/step/state_snapshot", "scene/scene_snapshot", "driver/scene/scene_spec",
+           "driver/spec/load_spec", "driver/spec/start_spec", "driver/spec/base_motion_spec", "precompute/vega_reduced", "mesh/mesh_fix")
 
 # memory that was given back is kept apart for a while, but not so much of it that each input takes new pages
 ASAN_OPTIONS = "quarantine_size_mb=8:malloc_context_size=10"

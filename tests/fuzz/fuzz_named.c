@@ -3,20 +3,20 @@
  * first one. What can be written is written and read again.
  *
  * sources: mesh/*.c mesh/formats/*.c io/text.c io/file.c io/npy_file.c io/npz.c io/paths.c
- * io/json_read.c platform/*.c driver/scene_spec.c driver/scene_keys.c driver/shared_options.c driver/basis_asked.c
+ * io/json_read.c platform/*.c driver/scene/scene_spec.c driver/scene/scene_keys.c driver/spec/shared_options.c driver/spec/basis_asked.c
  * config/options.c config/options_json.c config/options_command.c config/parse.c config/message.c
- * driver/load_spec.c driver/base_motion_spec.c driver/start_spec.c
- * driver/static_solve.c driver/mesh_model.c driver/named_model.c driver/model_names.c
- * driver/region_material.c driver/run_entries.c driver/scene_words.c precompute/vega_reduced.c
+ * driver/spec/load_spec.c driver/spec/base_motion_spec.c driver/spec/start_spec.c
+ * driver/spec/static_solve.c driver/make/mesh_model.c driver/make/named_model.c driver/spec/model_names.c
+ * driver/spec/region_material.c driver/record/run_entries.c driver/scene/scene_words.c precompute/vega_reduced.c
  * precompute/model/load_share.c precompute/model/traction.c core/[a-z]*[a-z]/*.c
  * runtime/[a-z]*[a-z]/*.c SPDX-License-Identifier: Apache-2.0 */
 #define _GNU_SOURCE // memmem
 #include <sys/stat.h>
 
-#include "driver/base_motion_spec.h"
-#include "driver/load_spec.h"
-#include "driver/scene_spec.h"
-#include "driver/start_spec.h"
+#include "driver/spec/base_motion_spec.h"
+#include "driver/spec/load_spec.h"
+#include "driver/scene/scene_spec.h"
+#include "driver/spec/start_spec.h"
 #include "io/npy_file.h"
 #include "io/npz.h"
 #include "mesh/formats/mesh_read.h"

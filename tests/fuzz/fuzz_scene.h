@@ -2,7 +2,7 @@
 #ifndef THRUM_TESTS_FUZZ_FUZZ_SCENE_H
 #define THRUM_TESTS_FUZZ_FUZZ_SCENE_H
 
-#include "driver/scene_spec.h"
+#include "driver/scene/scene_spec.h"
 #include "tests/fuzz/fuzz_file.h"
 
 /* Reads a scene file; what was read must be complete. */

@@ -4,7 +4,7 @@
 #include "tests/support/test_folder.h"
 
 #include "core/base/quadratic_tet.h"
-#include "driver/display_surface.h"
+#include "driver/model/display_surface.h"
 #include "io/vtu.h"
 #include "precompute/embed.h"
 #include "precompute/full/full.h"

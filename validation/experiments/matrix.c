@@ -8,7 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "driver/drift.h"
+#include "driver/run/drift.h"
 #include "platform/allocate.h"
 #include "platform/clock.h"
 #include "thrum/external_load.h"

@@ -9,8 +9,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "driver/condensed_check.h"
-#include "driver/model_cut.h"
+#include "driver/model/model_cut.h"
+#include "driver/run/condensed_check.h"
 #include "platform/allocate.h"
 
 #define STEP 0.003 /* [s] */

@@ -13,7 +13,7 @@
 #include <math.h>
 #include <stdio.h>
 
-#include "driver/full_motion.h"
+#include "driver/make/full_motion.h"
 #include "validation/experiments/scheme.h"
 
 #define TRADEOFF_LIST_MAX 16

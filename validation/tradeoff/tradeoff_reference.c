@@ -3,7 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "driver/full_motion_kept.h"
+#include "driver/make/full_motion_kept.h"
 #include "platform/allocate.h"
 #include "precompute/basis/order_find.h"
 #include "validation/tradeoff/tradeoff_private.h"

@@ -2,7 +2,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "driver/condensed_check.h"
+#include "driver/run/condensed_check.h"
 #include "platform/clock.h"
 #include "thrum/external_load.h"
 #include "validation/tradeoff/tradeoff_private.h"

@@ -4,8 +4,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "driver/drift.h"
-#include "driver/split_at.h"
+#include "driver/model/split_at.h"
+#include "driver/run/drift.h"
 #include "platform/allocate.h"
 #include "platform/thread_pool.h"
 #include "platform/threads.h"

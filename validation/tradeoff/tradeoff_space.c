@@ -4,8 +4,8 @@
 #include <stdlib.h>
 
 #include "core/base/vec3.h"
-#include "driver/model_cut.h"
-#include "driver/precompute_train.h"
+#include "driver/make/precompute_train.h"
+#include "driver/model/model_cut.h"
 #include "platform/allocate.h"
 #include "platform/clock.h"
 #include "runtime/material/material_law.h"

@@ -61,7 +61,7 @@ const textsOf = (given) => (typeof given === 'string' ? [given] : given);
 /** α of Rayleigh damping, of a number or a pair. */
 const alphaOf = (damping) => (Array.isArray(damping) ? damping[0] : damping);
 
-/** Is a body coupled of which the file does not say so (driver/scene_run_couple.c)? @param {boolean} whole its mesh came along */
+/** Is a body coupled of which the file does not say so (driver/scene/scene_run_couple.c)? @param {boolean} whole its mesh came along */
 function couples({ free, spin, stiffness, density, scale, error, budget, condense }, { masters, arrays: { omega2, c4 } }, integrator, whole) {
   const lowest = Math.sqrt((omega2.find((w2) => w2 > 0) ?? Infinity) * (stiffness / density)) / scale;
   return free && whole && integrator === 'energy' && !masters && Boolean(c4) && !(condense || error || budget)

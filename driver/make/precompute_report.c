@@ -1,0 +1,568 @@
+/* The results of `thrum precompute`: the table, the JSON line, and the JSON text that the model
+ * keeps as meta.
+ *
+ * Meta holds no folders, and no times on request, so that the same mesh and options then give the
+ * same file on any machine with the same build. SPDX-License-Identifier: Apache-2.0 */
+#include <inttypes.h>
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "config/message.h"
+#include "driver/make/model_coordinates.h"
+#include "driver/make/precompute_report.h"
+#include "driver/make/precompute_stages.h"
+#include "driver/model/locking.h"
+#include "io/json.h"
+#include "io/paths.h"
+#include "mesh/mesh_groups.h"
+#include "mesh/model_quality.h"
+#include "platform/clock.h"
+#include "precompute/build_info.h"
+
+static const char *mass_name(thrum_mass mass) {
+  return mass == THRUM_MASS_LUMPED ? "lumped" : "consistent";
+}
+
+/* Adds frequencies [Hz] of squared angular frequencies. */
+static void add_frequencies(cJSON *object, const char *key, const double *omega2, int64_t count) {
+  cJSON *array = cJSON_AddArrayToObject(object, key);
+  for (int64_t n = 0; n < count; n++) {
+    double hertz;
+    thrum_frequencies(omega2 + n, 1, &hertz);
+    cJSON_AddItemToArray(array, json_number_item(hertz));
+  }
+}
+
+static void add_hash(cJSON *object, const char *key, const thrum_mesh *mesh) {
+  char text[17];
+  snprintf(text, sizeof text, "%016" PRIx64, thrum_mesh_hash(mesh));
+  cJSON_AddStringToObject(object, key, text);
+}
+
+static void add_units(cJSON *meta) {
+  cJSON *units = cJSON_AddObjectToObject(meta, "units");
+  cJSON_AddStringToObject(units, "length", "m");
+  cJSON_AddStringToObject(units, "mass", "kg");
+  cJSON_AddStringToObject(units, "time", "s");
+}
+
+static void add_materials(cJSON *meta, const thrum_mesh *mesh) {
+  cJSON *materials = cJSON_AddArrayToObject(meta, "materials");
+  for (int64_t m = 0; m < mesh->region_count; m++) {
+    cJSON *material = json_add_row(materials);
+    if (mesh->region_count > 1)
+      json_string(material, "region", thrum_mesh_region_text(mesh, m).text);
+    json_number(material, "young_pa", mesh->materials[m].young);
+    json_number(material, "poisson", mesh->materials[m].poisson);
+    json_number(material, "density_kg_m3", mesh->materials[m].density);
+    if (mesh->laws)
+      cJSON_AddStringToObject(material, "law", thrum_law_name(mesh->laws[m].law));
+    if (mesh->laws && mesh->laws[m].yield > 0)
+      json_number(material, "yield", mesh->laws[m].yield);
+  }
+}
+
+static void add_options(cJSON *meta, const precompute_request *request,
+                        const thrum_precomputed *result) {
+  cJSON *options = cJSON_AddObjectToObject(meta, "options");
+
+  // the counts are those of the result, which an import or the mesh may have lowered
+  json_number(options, "modes", (double)result->mode_count);
+  json_number(options, "rank", (double)result->model.rank);
+  if (request->options.selection == THRUM_SELECTION_MASS)
+    cJSON_AddStringToObject(options, "selection", "mass");
+  cJSON_AddStringToObject(options, "mass", mass_name(request->options.mass));
+  cJSON_AddStringToObject(options, "precision", request->options.single ? "single" : "double");
+  if (result->quadrature_order > 0)
+    json_number(options, "quadrature_order", result->quadrature_order);
+  json_number(options, "scale", request->reading.scale);
+  if (request->reading.unit)
+    json_string(options, "unit", request->reading.unit);
+  json_number(options, "threads", request->options.threads);
+
+  // a predicate stays as it is, a file loses its folder
+  cJSON *fixes = cJSON_AddArrayToObject(options, "fix");
+  for (int64_t n = 0; n < request->fix_count; n++) {
+    const char *spec = request->fixes[n];
+    json_add_string(fixes, strpbrk(spec, "<>") != NULL ? spec : path_basename(spec));
+  }
+  json_strings(options, "handles", request->handles, request->handle_count);
+}
+
+static void add_residuals(cJSON *object, const thrum_precomputed *result) {
+  cJSON *residuals = cJSON_AddObjectToObject(object, "residuals");
+  json_numbers(residuals, "modes", result->mode_residual, result->mode_count);
+  json_number(residuals, "orthonormality", result->basis_orthonormality);
+  json_number(residuals, "diagonality", result->basis_diagonality);
+  if (result->rigid_count > 0)
+    json_number(residuals, "rigid", result->rigid_residual);
+  if (result->single_error > 0)
+    json_number(residuals, "single_precision", result->single_error);
+}
+
+/* Points in place of the polynomial, and what they leave out. */
+static void add_cubature(cJSON *object, const precompute_request *request,
+                         const thrum_precomputed *result) {
+  const thrum_cubature_figures *figures = &result->cubature;
+  if (!request->options.cubature)
+    return;
+  cJSON *cubature = cJSON_AddObjectToObject(object, "cubature");
+  json_number(cubature, "points", (double)figures->points);
+  json_number(cubature, "candidates", (double)figures->candidates);
+  json_number(cubature, "states", (double)figures->states);
+  json_number(cubature, "test_states", (double)figures->test_states);
+  json_number(cubature, "range", request->options.cubature_range);
+  json_number(cubature, "yield", request->options.cubature_yield);
+  json_number(cubature, "error_wanted", request->options.cubature_error);
+  json_number(cubature, "refine", (double)request->options.cubature_refine);
+  if (request->options.cubature_refine > 0)
+    json_number(cubature, "chosen_error", figures->chosen_error);
+  json_number(cubature, "train_error", figures->train_error);
+  json_number(cubature, "test_error", figures->test_error);
+  json_number(cubature, "motion_error", figures->motion_error);
+  json_number(cubature, "motion_error_beyond", figures->motion_error_beyond);
+  if (request->options.law == THRUM_LAW_STVK)
+    json_number(cubature, "force_cost", figures->force_cost);
+  cJSON_AddStringToObject(cubature, "law", thrum_law_name(request->options.law));
+}
+
+/* Where the basis comes from, if not from modes of the body. */
+static void add_import(cJSON *object, const precompute_request *request,
+                       const thrum_precomputed *result) {
+  if (!request->import_basis)
+    return;
+  const thrum_imported_figures *imported = &result->imported;
+  const double missing = NAN;
+
+  // meta names files without their folders
+  cJSON *import = cJSON_AddObjectToObject(object, "import");
+  json_string(import, "basis", path_basename(request->import_basis));
+  if (request->import_cubic)
+    json_string(import, "cubic", path_basename(request->import_cubic));
+  cJSON_AddBoolToObject(import, "basis_changed", imported->changed);
+  json_number(import, "orthonormality", imported->orthonormality);
+
+  // the differences exist only where a polynomial came with the basis
+  const bool cubic = request->import_cubic != NULL;
+  json_number(import, "gradient_defect", cubic ? imported->defect : missing);
+  json_number(import, "linear_difference", cubic ? imported->linear_difference : missing);
+  json_number(import, "energy_difference", cubic ? imported->energy_difference : missing);
+}
+
+/* How it was made sure that no mode was missed, and what that showed. */
+static void add_check(cJSON *object, const thrum_precomputed *result) {
+  if (result->mode_count == 0)
+    return;
+  double next = 0, shift = 0;
+  thrum_frequencies(&result->next_omega2, 1, &next);
+  thrum_frequencies(&result->shift, 1, &shift);
+
+  // below_shift is a count by inertia, which a search alone does not give
+  cJSON *check = cJSON_AddObjectToObject(object, "mode_check");
+  cJSON_AddStringToObject(check, "method", result->mode_counted ? "inertia" : "search");
+  cJSON_AddBoolToObject(check, "complete", result->modes_complete);
+  json_number(check, "recovered", (double)result->modes_recovered);
+  json_number(check, "next_hz", next);
+  json_number(check, "shift_hz", result->mode_counted ? shift : NAN);
+  json_number(check, "below_shift", result->mode_counted ? (double)result->shift_count : NAN);
+}
+
+/* The errors under the loads of a training and of its test; nothing without one. */
+static void add_training(cJSON *object, const train_outcome *training) {
+  if (training->run_count == 0)
+    return;
+  cJSON *item = cJSON_AddObjectToObject(object, "training");
+  json_number(item, "shapes", (double)training->field_count);
+  json_number(item, "error", precompute_train_error(training, false));
+  json_number(item, "test_error", precompute_train_error(training, true));
+  cJSON *loads = cJSON_AddArrayToObject(item, "loads");
+  for (int64_t n = 0; n < training->run_count; n++) {
+    cJSON *load = json_add_row(loads);
+    json_string(load, "load", training->runs[n].text);
+    cJSON_AddBoolToObject(load, "test", training->runs[n].test);
+    json_number(load, "error", training->runs[n].error);
+  }
+}
+
+/* How pulls at the surface are followed, with touch modes and without; nothing where not judged. */
+static void add_touch(cJSON *object, const touch_outcome *touch) {
+  if (!touch->judged)
+    return;
+  cJSON *item = cJSON_AddObjectToObject(object, "touch");
+  json_number(item, "modes", (double)touch->shapes);
+  cJSON_AddBoolToObject(item, "follow", touch->followers.count > 0);
+  touch_coverage_json(item, "before", &touch->before, NULL);
+  touch_coverage_json(item, "after", &touch->after, touch->at);
+}
+
+char *precompute_meta(const precompute_outcome *outcome) {
+  const precompute_request *request = outcome->request;
+  const thrum_mesh *mesh = outcome->mesh;
+  const thrum_precomputed *result = outcome->result;
+  cJSON *meta = cJSON_CreateObject();
+
+  // the program that made the model, because another build may round differently
+  cJSON_AddStringToObject(meta, "tool", "thrum");
+  cJSON_AddStringToObject(meta, "version", thrum_version());
+  cJSON_AddStringToObject(meta, "compiler", thrum_build_compiler());
+  cJSON_AddStringToObject(meta, "blas_core", thrum_build_blas_core());
+  add_units(meta);
+
+  // the mesh, known by its hash
+  cJSON *about = cJSON_AddObjectToObject(meta, "mesh");
+  json_string(about, "name", path_basename(request->mesh_name));
+  add_hash(about, "hash", mesh);
+  json_number(about, "vertices", (double)mesh->vertex_count);
+  json_number(about, "tets", (double)mesh->tet_count);
+  element_order_json(about, &outcome->order, mesh);
+  add_materials(meta, mesh);
+
+  // the options and the figures of the result
+  add_options(meta, request, result);
+  json_number(meta, "mass_kg", result->mass);
+  json_number(meta, "volume_m3", result->volume);
+  add_frequencies(meta, "frequencies_hz", result->mode_omega2, result->mode_count);
+  add_frequencies(meta, "basis_frequencies_hz", result->model.omega2, result->model.rank);
+  model_coordinates_add(meta, outcome);
+  json_number(meta, "rigid_modes", (double)result->rigid_count);
+
+  // how far the result can be trusted
+  add_residuals(meta, result);
+  add_cubature(meta, request, result);
+  add_check(meta, result);
+  add_import(meta, request, result);
+  add_training(meta, &outcome->training);
+  add_touch(meta, &outcome->touch);
+  if (!request->reproducible)
+    precompute_add_stages(meta, result, request->options.cubature, &outcome->training);
+
+  char *text = json_text(meta);
+  cJSON_Delete(meta);
+  return text;
+}
+
+/* Adds the solver that several processes used, and the memory that decided for it. */
+static void add_solver(cJSON *object, const thrum_solver_use *use) {
+  if (use->room == 0)
+    return;
+  cJSON *row = cJSON_AddObjectToObject(object, "solver");
+  cJSON_AddStringToObject(row, "name", use->solver == THRUM_SOLVER_CG ? "cg" : "factor");
+  if (use->factor_bytes > 0)
+    json_number(row, "factor_mb", use->factor_bytes / 1048576);
+  json_number(row, "cg_mb", use->cg_bytes / 1048576);
+  json_number(row, "room_mb", use->room / 1048576);
+  if (use->solves > 0) {
+    json_number(row, "solves", use->solves);
+    json_number(row, "steps", use->steps);
+  }
+}
+
+static void print_solver(const thrum_solver_use *use) {
+  if (use->room == 0)
+    return;
+  const bool cg = use->solver == THRUM_SOLVER_CG;
+  printf("%-18s%s, about %.0f MB more in a process", "solver",
+         cg ? "conjugate gradients with multigrid" : "factor",
+         (cg ? use->cg_bytes : use->factor_bytes) / 1048576);
+  if (cg && use->factor_bytes > 0)
+    printf(" (a factor: %.0f MB)", use->factor_bytes / 1048576);
+  printf("; %.0f MB were left for it\n", use->room / 1048576);
+}
+
+static void add_seconds(cJSON *object, const precompute_outcome *outcome) {
+  cJSON *seconds = cJSON_AddObjectToObject(object, "seconds");
+  json_number(seconds, "mesh", outcome->seconds_mesh);
+  for (int stage = 0; stage < THRUM_STAGE_COUNT; stage++)
+    json_number(seconds, precompute_stage_label_of((thrum_stage)stage, false).name,
+                outcome->result->seconds[stage]);
+  if (outcome->touch.judged)
+    json_number(seconds, "touch", outcome->touch.seconds);
+  json_number(seconds, "write", outcome->seconds_write);
+  json_number(seconds, "total", outcome->seconds_total);
+}
+
+/* Linear tetrahedra that bend are too stiff, and ten-node ones that are large or hardly change
+ * their volume. */
+static void warn_of_order(const precompute_outcome *outcome) {
+  const element_order *order = &outcome->order;
+  const char *name = path_basename(outcome->request->mesh_name);
+  if (outcome->mesh->midsides == NULL)
+    locking_warn_of(name, order->errors, order->error_count, order->kept);
+  else
+    locking_warn_of_ten(name, order->cubic_errors, order->cubic_count);
+}
+
+#define LEARNED_STEPS 10000 /* of --cubature-refine, as a rule */
+#define LEARNED_FROM 20000  /* points times rank: a force of some 25 us */
+#define LEARNED_GAIN 1.5    /* points over those that would be learned */
+
+/* Whether points of fewer numbers, which are learned, would make steps much cheaper. */
+static bool would_learn(const precompute_outcome *outcome) {
+  const thrum_cubature_figures *figures = &outcome->result->cubature;
+  const double points = (double)figures->points, rank = (double)outcome->result->model.rank;
+  const bool flows = !isinf(outcome->request->options.cubature_yield) ||
+                     outcome->result->model.region_yield != NULL;
+  return figures->few > 0 && !flows &&
+         thrum_law_of_model(&outcome->result->model) == THRUM_LAW_STVK &&
+         points * rank > LEARNED_FROM && points > LEARNED_GAIN * (double)figures->few;
+}
+
+/* Time of a step by these points, which goes with their number [s]. */
+static double learned_step(const thrum_cubature_figures *figures) {
+  return figures->step_seconds * (double)figures->few / (double)figures->points;
+}
+
+/* Adds what learned points would take; null where they would gain little. */
+static void add_learned(cJSON *cubature, const precompute_outcome *outcome) {
+  const thrum_cubature_figures *figures = &outcome->result->cubature;
+  if (!would_learn(outcome)) {
+    cJSON_AddNullToObject(cubature, "if_learned");
+    return;
+  }
+  cJSON *learned = cJSON_AddObjectToObject(cubature, "if_learned");
+  json_number(learned, "refine", LEARNED_STEPS);
+  json_number(learned, "points", (double)figures->few);
+  json_number(learned, "step_us", 1e6 * learned_step(figures));
+  json_number(learned, "seconds",
+              thrum_cubature_learning(figures->few, outcome->result->model.rank, LEARNED_STEPS));
+}
+
+/* The same in words, beside what the points at hand take. */
+static void print_learned(const precompute_outcome *outcome) {
+  const thrum_cubature_figures *figures = &outcome->result->cubature;
+  if (!would_learn(outcome))
+    return;
+  printf("%-18s--cubature-refine %d would begin with %" PRId64 " points", "cheaper", LEARNED_STEPS,
+         figures->few);
+  if (figures->step_seconds > 0)
+    printf(", so that a step takes about %.3g us for %.3g", 1e6 * learned_step(figures),
+           1e6 * figures->step_seconds);
+  printf(", and learn for about %.2g s more; check its error of motion, which may be larger\n",
+         thrum_cubature_learning(figures->few, outcome->result->model.rank, LEARNED_STEPS));
+}
+
+void precompute_print_json(const precompute_outcome *outcome) {
+  const thrum_precomputed *result = outcome->result;
+  warn_of_order(outcome);
+  const thrum_mesh *mesh = outcome->mesh;
+  cJSON *object = cJSON_CreateObject();
+
+  // the verdict and the model that was written
+  cJSON_AddStringToObject(object, "status", outcome->flagged ? "flagged" : "done");
+  json_string(object, "model", outcome->request->output);
+  cJSON_AddStringToObject(object, "version", thrum_version());
+
+  // the mesh as it was used
+  add_hash(object, "mesh_hash", mesh);
+  json_number(object, "vertices", (double)mesh->vertex_count);
+  json_number(object, "tets", (double)mesh->tet_count);
+  element_order_json(object, &outcome->order, mesh);
+  if (result->quadrature_order > 0)
+    json_number(object, "quadrature_order", result->quadrature_order);
+  json_number(object, "fixed", (double)outcome->fixed_count);
+  json_number(object, "flipped_tets", (double)mesh->flipped_tets);
+  json_number(object, "dropped_vertices", (double)mesh->dropped_vertices);
+
+  // size of the eigenproblem and properties of the body
+  json_number(object, "free_dofs", (double)result->free_dofs);
+  json_number(object, "factor_nonzeros", (double)result->factor_nonzeros);
+  add_solver(object, &result->solver);
+  json_number(object, "mass_kg", result->mass);
+  json_number(object, "volume_m3", result->volume);
+
+  // the basis and its frequencies
+  json_number(object, "rank", (double)result->model.rank);
+  json_number(object, "modes", (double)result->mode_count);
+  add_frequencies(object, "frequencies_hz", result->mode_omega2, result->mode_count);
+  add_frequencies(object, "basis_frequencies_hz", result->model.omega2, result->model.rank);
+  model_coordinates_add(object, outcome);
+
+  // how imexv would split it at the default step
+  json_number(object, "dt", outcome->dt);
+  json_number(object, "explicit_modes", (double)outcome->split.explicit_modes);
+  json_number(object, "implicit_modes", (double)outcome->split.implicit_modes);
+  json_number(object, "rigid_modes", (double)result->rigid_count);
+
+  // how far the result can be trusted
+  add_residuals(object, result);
+  add_cubature(object, outcome->request, result);
+  if (outcome->request->options.cubature) {
+    cJSON *cubature = cJSON_GetObjectItem(object, "cubature");
+    json_number(cubature, "step_us", 1e6 * result->cubature.step_seconds);
+    add_learned(cubature, outcome);
+  }
+  add_check(object, result);
+  add_import(object, outcome->request, result);
+
+  add_training(object, &outcome->training);
+  add_touch(object, &outcome->touch);
+
+  // the cost
+  json_number(object, "threads", outcome->request->options.threads);
+  cJSON_AddStringToObject(object, "blas_core", thrum_build_blas_core());
+  add_seconds(object, outcome);
+  precompute_add_stages(object, result, outcome->request->options.cubature, &outcome->training);
+  json_number(object, "peak_mb", clock_peak_mb());
+  json_print(object);
+}
+
+/* The first few frequencies of a list on one line. */
+static void print_frequencies(const char *label, const double *omega2, int64_t count) {
+  printf("%-18s", label);
+  for (int64_t n = 0; n < count && n < 6; n++) {
+    double hertz = 0;
+    thrum_frequencies(omega2 + n, 1, &hertz);
+    printf("%s%.5g", n > 0 ? ", " : "", hertz);
+  }
+  if (count > 6) {
+    double hertz = 0;
+    thrum_frequencies(omega2 + count - 1, 1, &hertz);
+    printf(", ... %.5g", hertz);
+  }
+  puts(" Hz");
+}
+
+static void print_import(const thrum_precomputed *result, bool cubic) {
+  const thrum_imported_figures *imported = &result->imported;
+  printf("%-18s|U^T M U - 1| was %.1e, %s\n", "imported", imported->orthonormality,
+         imported->changed ? "its basis was changed" : "taken as it is");
+  if (cubic)
+    printf("%-18sgradient to %.1e, linear part to %.1e, energy to %.1e\n", "", imported->defect,
+           imported->linear_difference, imported->energy_difference);
+}
+
+static void print_check(const thrum_precomputed *result) {
+  double hertz[2];
+  thrum_frequencies(&result->next_omega2, 1, hertz);
+  thrum_frequencies(&result->shift, 1, hertz + 1);
+
+  // an inertia count is a proof, a search is strong evidence
+  printf("%-18s", "none missed");
+  if (result->mode_counted)
+    printf("%s by inertia: %" PRId64 " modes below %.5g Hz, ",
+           result->modes_complete ? "yes" : "NO", result->shift_count, hertz[1]);
+  else
+    printf("yes by search, ");
+
+  printf("next %.5g Hz", hertz[0]);
+  if (result->modes_recovered > 0)
+    printf(" (%" PRId64 " missed at first)", result->modes_recovered);
+  puts("");
+}
+
+/* A line for each load: what the basis is worth where it was trained, and elsewhere. */
+static void print_training(const train_outcome *training) {
+  for (int64_t n = 0; n < training->run_count; n++) {
+    const train_run *run = &training->runs[n];
+    printf("%-18s", run->test ? "error in a test" : "error in training");
+    if (isfinite(run->error))
+      printf("%.3g %% of the displacement under %s\n", 100 * run->error, run->text);
+    else
+      printf("the run was lost under %s\n", run->text);
+  }
+}
+
+static void print_touch(const touch_outcome *touch) {
+  if (!touch->judged)
+    return;
+  printf("%-18s", "touch");
+  touch_coverage_print(&touch->after, touch->at);
+  printf("; without touch modes by %.0f %% at least, %.0f %% in the mean; %.2f s\n",
+         100 * touch->before.worst, 100 * touch->before.mean, touch->seconds);
+}
+
+void precompute_print_table(const precompute_outcome *outcome) {
+  const thrum_precomputed *result = outcome->result;
+  warn_of_order(outcome);
+  double worst = 0;
+
+  // one number stands for the residuals of all modes
+  for (int64_t n = 0; n < result->mode_count; n++)
+    if (result->mode_residual[n] > worst)
+      worst = result->mode_residual[n];
+
+  // the file, the mesh and the body
+  printf("%-18s%s\n", "model", outcome->request->output);
+  printf("%-18s%" PRId64 " vertices (%" PRId64 " held), %" PRId64 " tetrahedra%s%s\n", "mesh",
+         outcome->mesh->vertex_count, outcome->fixed_count, outcome->mesh->tet_count,
+         outcome->mesh->midsides != NULL ? " of ten nodes" : "",
+         outcome->mesh->midsides != NULL && outcome->order.by == ELEMENT_ORDER_AUTO
+             ? ", by --order auto"
+             : "");
+  printf("%-18s%.6g kg, %.6g m^3\n", "body", result->mass, result->volume);
+  print_solver(&result->solver);
+
+  // where the basis comes from
+  printf("%-18srank %" PRId64, "basis", result->model.rank);
+  if (result->mode_count > 0)
+    printf(" from %" PRId64 " linear modes", result->mode_count);
+  if (outcome->request->handle_count > 0)
+    printf(" and %" PRId64 " handle%s", outcome->request->handle_count,
+           outcome->request->handle_count == 1 ? "" : "s");
+  if (outcome->training.field_count > 0)
+    printf(", %" PRId64 " of it trained", outcome->training.field_count);
+  if (outcome->touch.followers.count > 0)
+    printf(", which is stepped; %" PRId64 " touch modes follow", outcome->touch.shapes);
+  else if (outcome->touch.judged)
+    printf(", %" PRId64 " of it touch modes", outcome->touch.shapes);
+  puts("");
+  print_touch(&outcome->touch);
+  print_training(&outcome->training);
+
+  // a free body keeps its rigid modes apart from the elastic ones
+  if (result->rigid_count > 0)
+    printf("%-18s%" PRId64 " kept apart, |K z| / (|K| |z|) at most %.1e\n", "rigid modes",
+           result->rigid_count, result->rigid_residual);
+
+  // an imported basis has no linear modes of its own
+  if (result->mode_count > 0) {
+    print_frequencies("linear modes", result->mode_omega2, result->mode_count);
+    print_check(result);
+  } else {
+    print_import(result, outcome->request->import_cubic != NULL);
+  }
+
+  // what the model is good for: its split and its residuals
+  print_frequencies("basis", result->model.omega2, result->model.rank);
+  printf("%-18s%" PRId64 " explicit, %" PRId64 " implicit by imexv at dt = %g s\n", "split",
+         outcome->split.explicit_modes, outcome->split.implicit_modes, outcome->dt);
+  printf("%-18smodes %.1e, orthonormality %.1e, diagonality %.1e\n", "residuals", worst,
+         result->basis_orthonormality, result->basis_diagonality);
+  if (outcome->request->options.single)
+    printf("%-18ssingle, force wrong by %.1e of itself at most, of 16 samples\n", "precision",
+           result->single_error);
+
+  // points against the polynomial that they replace
+  if (outcome->request->options.cubature) {
+    printf("%-18s%" PRId64 " point%s of %" PRId64 ", force wrong by %.2g %% in %" PRId64
+           " states of training, %.2g %% in %" PRId64 " others (rms)\n",
+           "cubature", result->cubature.points, result->cubature.points == 1 ? "" : "s",
+           result->cubature.candidates, 100 * result->cubature.train_error, result->cubature.states,
+           100 * result->cubature.test_error, result->cubature.test_states);
+    if (isnan(result->cubature.motion_error))
+      printf("%-18snot measured: run it beside the mesh (simulate --full) or tradeoff\n", "motion");
+    else
+      printf("%-18swrong by %.2g %% in motions of %.2g of the diagonal, %.2g %% at %.2g of it (rms "
+             "over two periods); a step takes %.3g us\n",
+             "motion", 100 * result->cubature.motion_error,
+             0.75 * outcome->request->options.cubature_range,
+             100 * result->cubature.motion_error_beyond,
+             1.5 * outcome->request->options.cubature_range, 1e6 * result->cubature.step_seconds);
+    print_learned(outcome);
+    if (outcome->request->options.cubature_refine > 0)
+      printf("%-18slearned: points of the mesh alone would be wrong by %.2g %% in these others\n",
+             "gradients", 100 * result->cubature.chosen_error);
+    if (outcome->request->options.law != THRUM_LAW_STVK)
+      printf("%-18s%s, by which the points alone answer\n", "law",
+             thrum_law_name(outcome->request->options.law));
+    else
+      printf("%-18s%s: a force takes about %.2g times as long as by the polynomial\n", "",
+             result->cubature.force_cost < 1 ? "recommended"
+                                             : "not recommended, leave --cubature out",
+             result->cubature.force_cost);
+  }
+
+  printf("%-18s%.2f s, peak %.0f MB\n", "took", outcome->seconds_total, clock_peak_mb());
+  precompute_print_stages(result, outcome->request->options.cubature, &outcome->training);
+}

@@ -1,0 +1,53 @@
+/* What is known of the error that a basis makes, and how it is told.
+ * SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_DRIVER_MODEL_BASIS_ESTIMATE_H
+#define THRUM_DRIVER_MODEL_BASIS_ESTIMATE_H
+
+#include <cjson/cJSON.h>
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "driver/spec/basis_asked.h"
+#include "precompute/model/basis_judge.h"
+
+/* Zeroed with `why` set: nothing is known. */
+typedef struct basis_estimate {
+  double share;        /* rms of what is lacking over that of the motion [1]; NaN: not known */
+  bool about;          /* it is no lower bound, but of about this size */
+  double velocity;     /* the same of velocities; NaN: not known */
+  double shape;        /* the same of the shape of a free body alone; NaN: not known, or not free */
+  double until;        /* up to where the run was made again [s]; NaN: it was not */
+  int64_t instants;    /* at which the mesh was asked */
+  int64_t corrections; /* by which the mesh went on to its own rest; 0: it did not */
+  int64_t added;       /* coordinates more that the run was made again with */
+  double seconds;      /* that it took; where it was not made, about what it would take */
+  const char *why;     /* it is not known; NULL: it is. Static storage. */
+} basis_estimate;
+
+/* Nothing is known, for this reason. */
+basis_estimate basis_estimate_none(const char *why);
+
+/* The judge of a model, ready for so many looks; NULL, and why, where that would take longer than
+ * BASIS_SECONDS_MOST and was not asked for. */
+thrum_status basis_estimate_judge(const thrum_model *model, int64_t looks, const basis_asked *asked,
+                                  thrum_basis_judge **judge, basis_estimate *estimate,
+                                  thrum_error *error);
+
+/* Is the error larger than what is accepted? */
+bool basis_estimate_is_large(const basis_estimate *estimate, const basis_asked *asked);
+
+/* "about", or "at least". */
+const char *basis_estimate_size(const basis_estimate *estimate);
+
+/* "error_estimate" of a report. */
+void basis_estimate_json(const basis_estimate *estimate, cJSON *object);
+
+/* The line of the table; who: the body of a scene, NULL: there is no other; `of`: "motion" or
+ * "shape". */
+void basis_estimate_print(const basis_estimate *estimate, const char *who, const char *of);
+
+/* One warning where the error is large, beginning with `who`. */
+void basis_estimate_warn(const basis_estimate *estimate, const basis_asked *asked, const char *who,
+                         const char *of);
+
+#endif

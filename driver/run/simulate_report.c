@@ -1,0 +1,455 @@
+/* The report of a run: a table for people, one JSON object for programs and for run.json.
+ * SPDX-License-Identifier: Apache-2.0 */
+#include "driver/run/simulate_report.h"
+
+#include <inttypes.h>
+#include <math.h>
+#include <string.h>
+
+#include "driver/model/locking.h"
+#include "driver/spec/shared_options.h"
+#include "io/json.h"
+#include "platform/clock.h"
+
+static void add_split(cJSON *object, const thrum_state_def *def) {
+  if (def->split_rule == THRUM_SPLIT_COUNT)
+    json_number(object, "split", def->explicit_count);
+  else
+    json_string(object, "split", thrum_split_rule_name(def->split_rule));
+
+  // the other options of imexv
+  json_number(object, "safety", def->split_safety);
+  cJSON_AddStringToObject(object, "split_form", thrum_split_form_name(def->split_form));
+  cJSON_AddBoolToObject(object, "adaptive", def->adaptive);
+  cJSON_AddBoolToObject(object, "fallback", def->fallback);
+  cJSON_AddBoolToObject(object, "frequency_matching", def->frequency_matched);
+}
+
+/* The texts of the loads and starts, in the words of the user. */
+static void add_specs(cJSON *object, const simulate_request *request) {
+  cJSON *loads = cJSON_AddArrayToObject(object, "load");
+  for (int64_t n = 0; n < request->load_count; n++)
+    json_add_string(loads, request->loads[n].text);
+  cJSON *starts = cJSON_AddArrayToObject(object, "start");
+  for (int64_t n = 0; n < request->start_count; n++)
+    json_add_string(starts, request->starts[n].text);
+  cJSON *probes = cJSON_AddArrayToObject(object, "probe");
+  for (int64_t n = 0; n < request->probe_count; n++)
+    json_add_string(probes, request->probes[n].name);
+  cJSON *motions = cJSON_AddArrayToObject(object, "base_motion");
+  for (int64_t n = 0; n < request->base_motion_count; n++)
+    json_add_string(motions, request->base_motions[n].text);
+}
+
+/* What the model of a mesh is made by. */
+static void add_mesh_options(cJSON *object, const mesh_model_def *def) {
+  const thrum_mesh_read_options *reading = &def->reading;
+  json_strings(object, "fix", def->fixes, def->fix_count);
+  json_number(object, "young", def->material.young);
+  json_number(object, "poisson", def->material.poisson);
+  json_number(object, "density", def->material.density);
+  json_strings(object, "material", def->materials, def->material_count);
+
+  // how its file is read
+  json_number(object, "scale", reading->scale);
+  json_string(object, "unit", reading->unit);
+  json_string(object, "regions", reading->regions);
+  json_number(object, "order", reading->order > 0 ? (double)reading->order : NAN);
+}
+
+cJSON *simulate_options_json(const simulate_request *request) {
+  const thrum_state_def *def = &request->def;
+  cJSON *object = cJSON_CreateObject();
+
+  // which coordinates, of what
+  json_number(object, "rank", request->rank > 0 ? (double)request->rank : NAN);
+  json_number(object, "condense",
+              request->condense > 0 && request->condense != request->rank
+                  ? (double)request->condense
+                  : NAN);
+  if (request->full)
+    add_mesh_options(object, &request->mesh_def);
+
+  // the integrator and its parameters
+  cJSON_AddStringToObject(object, "integrator", thrum_integrator_name(def->integrator));
+  json_number(object, "dt", def->dt);
+  json_number(object, "time", request->time);
+  json_numbers(object, "damping", (const double[]){def->damping_alpha, def->damping_beta}, 2);
+  cJSON_AddStringToObject(object, "damping_form", thrum_damping_form_name(def->damping_form));
+  add_split(object, def);
+  json_numbers(object, "newmark", (const double[]){def->newmark_beta, def->newmark_gamma}, 2);
+  cJSON_AddStringToObject(object, "solver", thrum_implicit_solver_name(def->solver));
+  json_number(object, "tolerance", def->tolerance);
+  json_number(object, "iterations", def->iterations_max);
+
+  // loads, starts and base motions
+  add_specs(object, request);
+
+  // what is written, and how often
+  json_numbers(object, "spin", request->spin, 3);
+  json_number(object, "record_every", (double)request->record_every);
+  cJSON_AddBoolToObject(object, "full", request->full);
+  json_string(object, "linear_solver", full_solver_names[request->solver]);
+  cJSON_AddStringToObject(object, "quadrature", full_quadrature_names[request->quadrature]);
+  if (request->law_given)
+    cJSON_AddStringToObject(object, "law", law_names[request->law]);
+  json_number(object, "yield", def->plastic.yield);
+  json_number(object, "creep", def->plastic.creep);
+  json_number(object, "largest_plastic_strain", def->plastic.largest);
+  cJSON_AddStringToObject(object, "frames_in", request->ground ? "ground" : "base");
+
+  // frames in the form that the option takes
+  if (request->frames_every > 0) {
+    char text[32];
+    snprintf(text, sizeof text, "every-%" PRId64, request->frames_every);
+    cJSON_AddStringToObject(object, "frames", text);
+  } else if (request->frames_rate > 0) {
+    json_number(object, "frames", request->frames_rate);
+  } else {
+    cJSON_AddNullToObject(object, "frames");
+  }
+
+  cJSON_AddBoolToObject(object, "stress", request->stress);
+  cJSON_AddBoolToObject(object, "monitor", request->monitor);
+  json_number(object, "against_mesh", request->against_mesh);
+  json_number(object, "accept_error", request->basis.accepted);
+  cJSON_AddStringToObject(object, "judge", basis_judging_names[request->basis.judging]);
+  return object;
+}
+
+/* Names of the files, relative to the run's folder. */
+enum { RUN_FILES_MAX = 12 };
+
+/* Lists the files of a run; one that was not wanted leaves NULL in its place. */
+static void list_files(const driver_body *body, const char *names[RUN_FILES_MAX]) {
+  const simulate_figures *figures = &body->figures;
+  const run_output *output = &body->output;
+  const char *const all[RUN_FILES_MAX] = {RUN_JSON,
+                                          "energy.csv",
+                                          "q.npy",
+                                          output->moved ? RUN_PLACEMENTS : NULL,
+                                          output->end ? "end.npy" : NULL,
+                                          output->plot,
+                                          body->probes.count > 0 ? RUN_PROBES_CSV : NULL,
+                                          body->probes.plot,
+                                          figures->against.asked ? AGAINST_MESH_CSV : NULL,
+                                          figures->against.plot,
+                                          output->frames > 0 ? "frames.pvd" : NULL,
+                                          output->frames > 0 ? RUN_FRAMES "/" : NULL};
+  memcpy(names, all, sizeof all);
+}
+
+static void add_files(cJSON *object, const driver_body *body) {
+  const char *names[RUN_FILES_MAX];
+  list_files(body, names);
+  cJSON *files = cJSON_AddArrayToObject(object, "files");
+  for (size_t n = 0; n < RUN_FILES_MAX; n++)
+    if (names[n] != NULL)
+      json_add_string(files, names[n]);
+}
+
+static void print_files(const driver_body *body) {
+  const char *names[RUN_FILES_MAX];
+  list_files(body, names);
+  printf("files        %s/%s", body->figures.request->run_path, names[0]);
+
+  // the first is there always
+  for (size_t n = 1; n < RUN_FILES_MAX; n++)
+    if (names[n] != NULL)
+      printf(", %s", names[n]);
+  puts("");
+}
+
+/* Fallback levels of the fallback chain (design 8), and what the stability monitor of imexv found
+ * and changed (design 4). */
+static void add_robustness(cJSON *object, const simulate_figures *figures) {
+  const thrum_state_report *report = &figures->report;
+
+  // how often each level of the fallback chain was needed
+  cJSON *fallback_levels = cJSON_AddObjectToObject(object, "fallback_levels");
+  json_number(fallback_levels, "full_newton", (double)report->newton_steps);
+  json_number(fallback_levels, "energy_steps", (double)report->energy_steps);
+  json_number(fallback_levels, "substeps", (double)report->substep_steps);
+  json_number(fallback_levels, "failures",
+              figures->status == THRUM_NOT_CONVERGED || figures->status == THRUM_NOT_FINITE);
+
+  // the others have no monitor
+  const thrum_state_def *def = &figures->request->def;
+  const bool monitored =
+      def->integrator == THRUM_INTEGRATOR_IMEXV || def->integrator == THRUM_INTEGRATOR_FOX_GOODWIN;
+  cJSON *stability = json_section(object, "stability", monitored && def->adaptive);
+  if (stability == NULL)
+    return;
+
+  // the stability number h sqrt(rho), and what was adapted to it
+  cJSON_AddStringToObject(stability, "scheme", thrum_scheme_name(report->scheme));
+  json_number(stability, "h_sqrt_rho_last", report->stability_number_last);
+  json_number(stability, "h_sqrt_rho_peak", report->stability_number_peak);
+  json_number(stability, "split_changes", (double)report->split_changes);
+  json_number(stability, "scheme_switches", (double)report->scheme_switches);
+  json_number(stability, "switched_steps", (double)report->switched_steps);
+  json_number(stability, "first_switch",
+              report->first_switch < 0 ? NAN : (double)report->first_switch);
+
+  // one map all along, as --adaptive off would have stepped it
+  cJSON_AddBoolToObject(stability, "untouched",
+                        report->split_changes + report->scheme_switches + report->corrections +
+                                report->energy_steps + report->substep_steps ==
+                            0);
+
+  // the energy balance and its corrections
+  json_number(stability, "corrections", (double)report->corrections);
+  json_number(stability, "corrected_j", report->corrected);
+  json_number(stability, "balance_last", report->balance_last);
+  json_number(stability, "balance_peak", report->balance_peak);
+}
+
+/* How the energy integrator solved, and what its unverified corrections did (design 7). */
+static void add_energy_solves(cJSON *object, const simulate_figures *figures) {
+  const thrum_state_report *report = &figures->report;
+  const bool taken =
+      !figures->request->full &&
+      (figures->request->def.integrator == THRUM_INTEGRATOR_ENERGY || report->switched_steps > 0);
+  cJSON *solves = json_section(object, "energy_solves", taken);
+  if (solves == NULL)
+    return;
+  json_number(solves, "single_steps", (double)report->single_steps);
+  json_number(solves, "spurious_j", report->spurious);
+  json_number(solves, "tightened", (double)report->tightened);
+}
+
+void simulate_report_condensed(cJSON *object, const simulate_figures *figures) {
+  cJSON *condensed = json_section(object, "condensed", figures->masters > 0);
+  if (condensed == NULL)
+    return;
+  json_number(condensed, "masters", (double)figures->masters);
+  json_number(condensed, "inertia_share", figures->inertia_share);
+  json_number(condensed, "energy_defect", figures->energy_defect);
+  json_number(condensed, "vibration_share", figures->vibration_share);
+  json_number(condensed, "impact_share", figures->impact_share);
+}
+
+static double per_step(const simulate_figures *figures, double value) {
+  return figures->report.steps > 0 ? value / (double)figures->report.steps : NAN;
+}
+
+/* The solver of the full order; null for a run of a reduced model. */
+static void add_full(cJSON *object, const simulate_figures *figures) {
+  const simulate_request *request = figures->request;
+  cJSON *full = json_section(object, "full", request->full);
+  if (full == NULL)
+    return;
+  json_number(full, "components", (double)figures->full.free_count);
+  json_string(full, "linear_solver", full_solver_names[request->solver]);
+  json_number(full, "solver_iterations", (double)figures->full.solver_iterations);
+  json_number(full, "dt_stable", figures->full.dt_stable);
+}
+
+/* The energy that came into the body and left it, and the part of its energy that this does not
+ * explain. */
+static void add_work(cJSON *object, const simulate_figures *figures) {
+  cJSON *work = cJSON_AddObjectToObject(object, "work");
+  json_number(work, "load_j", figures->work_load);
+  json_number(work, "base_j", figures->work_base);
+  json_number(work, "dissipated_j", figures->dissipated);
+  json_number(work, "plastic_j", figures->plastic_work);
+  json_number(work, "balance_j", simulate_figures_balance(figures));
+}
+
+static void add_energies(cJSON *object, const simulate_figures *figures) {
+  json_number(object, "energy_first_j", figures->first.total);
+  json_number(object, "energy_last_j", figures->last.total);
+  json_number(object, "energy_min_j", figures->energy_min);
+  json_number(object, "energy_max_j", figures->energy_max);
+  json_number(object, "energy_high_last_j", figures->last.high);
+  if (simulate_spins(figures->request))
+    json_numbers(object, "spin_last_deg_s", figures->spin, 3);
+  json_number(object, "drift", figures->drift);
+  json_number(object, "plastic_strain", figures->plastic_strain);
+  json_number(object, "point_stiffness",
+              figures->point_stiffness > 0 ? figures->point_stiffness : NAN);
+  json_number(object, "peak_displacement_m", figures->peak);
+  json_number(object, "peak_vertex",
+              figures->peak_vertex >= 0 ? (double)figures->peak_vertex + 1 : NAN);
+}
+
+static void add_seconds(cJSON *object, const simulate_figures *figures) {
+  cJSON *seconds = cJSON_AddObjectToObject(object, "seconds");
+  json_number(seconds, "read", figures->seconds_read);
+  json_number(seconds, "step", figures->seconds_step);
+  json_number(seconds, "output", figures->seconds_output);
+  json_number(seconds, "plot", figures->seconds_plot);
+  json_number(seconds, "total", figures->seconds_total);
+  json_number(object, "peak_mb", clock_peak_mb());
+}
+
+cJSON *simulate_report_begin(const char *status, const thrum_error *stop) {
+  cJSON *object = json_report("simulate", status);
+  if (stop->message[0] != 0)
+    json_string(object, "message", stop->message);
+  return object;
+}
+
+cJSON *simulate_report_json(const driver_body *body) {
+  const simulate_figures *figures = &body->figures;
+  const run_output *output = &body->output;
+  const thrum_state_report *report = &figures->report;
+  const simulate_request *request = figures->request;
+  char stepped_by[128];
+  cJSON *object = simulate_report_begin(simulate_status_name(figures), &figures->stop);
+  json_string(object, "model", request->model_path);
+  if (figures->model_file != NULL)
+    json_string(object, "model_file", figures->model_file);
+  model_hash_json(object, &figures->model_hash);
+  cJSON_AddStringToObject(
+      object, "law", thrum_law_name(law_of_run(request->law_given, request->law, figures->model)));
+  json_string(object, "run", request->run_path);
+  add_files(object, body);
+
+  // what stepped it, and at what cost
+  cJSON_AddStringToObject(object, "integrator", thrum_integrator_name(request->def.integrator));
+  simulate_figures_stepped_by(figures, stepped_by);
+  cJSON_AddStringToObject(object, "stepped_by", stepped_by);
+  json_number(object, "dt", request->def.dt);
+  json_number(object, "rank", (double)figures->model->rank);
+  locking_json(object, figures->model);
+  simulate_report_condensed(object, figures);
+  json_number(object, "explicit_modes", report->explicit_modes);
+  json_number(object, "implicit_modes", report->implicit_modes);
+  json_number(object, "steps", (double)report->steps);
+  json_number(object, "simulated_s", report->time);
+  json_number(object, "us_per_step", per_step(figures, 1e6 * figures->seconds_step));
+  json_number(object, "mean_iterations", per_step(figures, (double)report->iterations));
+  json_number(object, "factorisations", (double)report->factorisations);
+  json_number(object, "fallback_steps", (double)figures->fallback_steps);
+  json_number(object, "grown_steps", (double)figures->report.grown_steps);
+
+  // whether the run can be trusted
+  add_robustness(object, figures);
+  add_energy_solves(object, figures);
+
+  // what was written and found
+  json_number(object, "rows", (double)output->rows);
+  json_number(object, "frames", (double)output->frames);
+  add_full(object, figures);
+  add_energies(object, figures);
+  add_work(object, figures);
+  run_probes_json(&body->probes, object);
+  simulate_measures_json(&body->measures, object);
+  against_mesh_json(&figures->against, object);
+  cJSON_AddItemToObject(object, "options", simulate_options_json(request));
+  add_seconds(object, figures);
+  return object;
+}
+
+/* Why a run has no drift. */
+static const char *no_drift(const simulate_figures *figures) {
+  if (figures->report.steps < figures->request->steps)
+    return "- (the run ended early)";
+  if (figures->request->def.damping_alpha > 0 || figures->request->def.damping_beta > 0)
+    return "- (only of motion without damping)";
+  if (figures->plastic_work > 0)
+    return "- (only of motion without plastic flow)";
+  if (figures->windows.last_end == 0)
+    return "- (needs 100 rows after the loads have ended)";
+  return "- (no energy to compare with)";
+}
+
+static void print_drift(const simulate_figures *figures) {
+  if (isfinite(figures->drift)) {
+    printf("drift        %.2e of the mean energy, first to last tenth of the free motion\n",
+           figures->drift);
+  } else {
+    printf("drift        %s\n", no_drift(figures));
+  }
+}
+
+/* How far a condensed run can be believed; at rest there is no energy to be wrong. */
+static void print_condensed(const simulate_figures *figures) {
+  const bool stepped = figures->request->def.integrator == THRUM_INTEGRATOR_MANIFOLD;
+  printf("condensed    %" PRId64 " of %d coordinates stepped; %.2g %% of the kinetic energy %s",
+         figures->masters, (int)figures->model->rank, 100 * figures->inertia_share,
+         stepped ? "in what follows" : "left out");
+  if (isfinite(figures->energy_defect))
+    printf(", %.2g %% of the strain energy wrong", 100 * figures->energy_defect);
+  printf(", %.2g %% of the motion is vibration left out", 100 * figures->vibration_share);
+  if (figures->impact_share > 0)
+    printf(", %.2g %% of it is off after impacts", 100 * figures->impact_share);
+  printf("\n");
+}
+
+/* Damping of the unreduced mesh is not counted, and what has no figure is not printed as one. */
+static void print_work(const simulate_figures *figures) {
+  printf("work         %.6g of the loads, %.6g of the base, ", figures->work_load,
+         figures->work_base);
+  if (isnan(figures->dissipated))
+    puts("dissipation by damping not counted with --full");
+  else
+    printf("%.6g J dissipated\n", figures->dissipated);
+}
+
+/* The law of the material, and how much of it has flowed. */
+static void print_material(const simulate_figures *figures) {
+  const simulate_request *request = figures->request;
+  const thrum_law law = law_of_run(request->law_given, request->law, figures->model);
+  const bool own = law == THRUM_LAW_BY_REGION && thrum_law_has_yield(figures->model);
+  printf("material     %s", thrum_law_name(law));
+  if (own)
+    printf(", flows beyond the yields of regions: %.6g J taken by the flow, plastic strain up to "
+           "%.3g\n",
+           figures->plastic_work, figures->plastic_strain);
+  else if (isinf(request->def.plastic.yield))
+    puts(", which does not flow");
+  else
+    printf(", flows beyond a strain of %g: %.6g J taken by the flow, plastic strain up to %.3g\n",
+           request->def.plastic.yield, figures->plastic_work, figures->plastic_strain);
+}
+
+void simulate_report_table(const driver_body *body) {
+  const simulate_figures *figures = &body->figures;
+  const thrum_state_report *report = &figures->report;
+  const simulate_request *request = figures->request;
+  char stepped_by[128];
+  simulate_figures_stepped_by(figures, stepped_by);
+  printf(request->full ? "full order   %s, dt %g s, %d explicit and %d implicit components\n"
+                       : "integrator   %s, dt %g s, %d explicit and %d implicit modes\n",
+         stepped_by, request->def.dt, (int)report->explicit_modes, (int)report->implicit_modes);
+  printf("steps        %" PRId64 " (%g s)", report->steps, report->time);
+  if (report->steps > 0) {
+    printf(", %.2f us and %.2f iterations a step", per_step(figures, 1e6 * figures->seconds_step),
+           per_step(figures, (double)report->iterations));
+  }
+  puts("");
+
+  if (request->full || !isinf(request->def.plastic.yield) || thrum_law_has_yield(figures->model))
+    print_material(figures);
+  if (figures->masters > 0)
+    print_condensed(figures);
+
+  // the headline names the integrator asked for, so a run that another one stepped says so
+  if (report->switched_steps > 0)
+    printf("switched     %" PRId64
+           " of these steps were the energy integrator's, to which %s switched "
+           "when its energy drifted\n",
+           report->switched_steps, thrum_integrator_name(request->def.integrator));
+
+  if (report->tightened > 0)
+    printf("spurious     %.3g J between slow and fast modes by corrections that were not verified, "
+           "estimated; the tolerance was tightened %" PRId64 " times\n",
+           report->spurious, report->tightened);
+  printf("energy       first %.6g, last %.6g, least %.6g, most %.6g J\n", figures->first.total,
+         figures->last.total, figures->energy_min, figures->energy_max);
+  if (request->load_count > 0 || request->base_motion_count > 0)
+    print_work(figures);
+  if (simulate_spins(request))
+    printf("spin         %.6g, %.6g, %.6g degrees/s about the axes of the world at the end\n",
+           figures->spin[0], figures->spin[1], figures->spin[2]);
+  print_drift(figures);
+  if (figures->peak_vertex >= 0)
+    printf("peak         %.6g m at vertex %" PRId64 "\n", figures->peak, figures->peak_vertex + 1);
+  run_probes_table(&body->probes);
+  simulate_measures_table(&body->measures, figures->report.time);
+  against_mesh_print(&figures->against, request);
+  printf("status       %s\n", simulate_status_name(figures));
+  print_files(body);
+}

@@ -1,0 +1,218 @@
+/* Do bodies of a scene pass through each other or through obstacles? The status surfaces_crossed
+ * and the warnings that say who and how deep (docs/contact.md). SPDX-License-Identifier: Apache-2.0
+ */
+#include "driver/scene/scene_run_crossed.h"
+
+#include <inttypes.h>
+#include <math.h>
+#include <string.h>
+
+#include "config/message.h"
+#include "driver/scene/scene_run_sphere.h"
+#include "driver/scene/scene_run_world.h"
+
+#define OBSTACLE_DEPTH 0.25 /* of a body's diagonal: a vertex so deep has crossed an obstacle */
+#define NEAR_SHARE 0.35     /* of the thickness, missing at the start: from there bodies tremble */
+#define NAMES_MAX 4         /* bodies that a warning names */
+
+/* Are there obstacles that vertices touch, none of which is as soft as the file asks? */
+static bool has_hard_obstacles(const scene_run *run) {
+  bool any = false;
+  for (int64_t n = 0; n < run->spec.obstacles.count; n++) {
+    const scene_obstacle_spec *spec = &scene_obstacles(&run->spec)[n];
+    if (scene_obstacle_is_solid(spec))
+      continue;
+    if (spec->stiffness > 0)
+      return false;
+    any = true;
+  }
+  return any;
+}
+
+/* The box of a body at rest, and its diagonal as it is scaled. */
+static void find_box(scene_body_run *body) {
+  const thrum_model *model = body->model;
+  double square = 0;
+  for (int axis = 0; axis < 3; axis++) {
+    body->least[axis] = INFINITY;
+    body->most[axis] = -INFINITY;
+    for (int64_t v = 0; v < model->vertex_count; v++) {
+      body->least[axis] = fmin(body->least[axis], model->vertices[3 * v + axis]);
+      body->most[axis] = fmax(body->most[axis], model->vertices[3 * v + axis]);
+    }
+    const double side = body->most[axis] - body->least[axis];
+    square += side * side;
+  }
+  body->diagonal = body->spec->scale * sqrt(square);
+}
+
+thrum_status scene_run_look_for_crossings(scene_run *run, thrum_error *error) {
+  run->has_hard_obstacles = has_hard_obstacles(run);
+  for (int64_t n = 0; n < run->spec.bodies.count && run->has_hard_obstacles; n++)
+    if (run->bodies[n].model->vertices != NULL)
+      find_box(run->bodies + n);
+  return scene_run_open_spheres(run, error);
+}
+
+/* Finds whose the touch of the last step is that is nearest; returns its distance [m]. */
+static double find_nearest(const scene_run *run, int32_t bodies[2]) {
+  const thrum_contact_pairs_report of = thrum_scene_collisions(run->scene);
+  double nearest = INFINITY;
+  bodies[0] = bodies[1] = -1;
+  for (int64_t n = 0; n < of.touching; n++) {
+    thrum_pair_touch touch;
+    if (thrum_scene_collision(run->scene, n, &touch, NULL) < 0 || touch.distance >= nearest)
+      continue;
+    nearest = touch.distance;
+    memcpy(bodies, touch.bodies, sizeof touch.bodies);
+  }
+  return nearest;
+}
+
+/* Keeps who met first, and when: of the touches of the step that is deepest so far; and who began
+ * nearer to each other than contact keeps them. */
+static void note_meeting(scene_run *run) {
+  const thrum_contact_pairs_report of = thrum_scene_collisions(run->scene);
+  if (thrum_scene_steps(run->scene) == 1) {
+    run->near_share = of.deepest_share;
+    run->near_distance = find_nearest(run, run->near);
+  }
+  if (of.deepest_share < 1 || run->met_time > 0)
+    return;
+  run->met_time = (double)thrum_scene_steps(run->scene) * run->dt;
+  find_nearest(run, run->met);
+}
+
+void scene_run_note_depths(scene_run *run) {
+  if (run->account != NULL)
+    note_meeting(run);
+  for (int32_t n = 0; n < run->spec.bodies.count && run->has_hard_obstacles; n++) {
+    scene_body_run *body = run->bodies + n;
+    thrum_scene_body_info info;
+    if (thrum_scene_body(run->scene, n, &info, NULL) >= 0)
+      body->obstacle_depth = fmax(body->obstacle_depth, info.contact.depth);
+  }
+  scene_run_note_spheres(run);
+}
+
+/* Was a vertex of the body so deep in a plane, a sphere or a room that the body went through it? */
+static bool went_through(const scene_body_run *body) {
+  return body->diagonal > 0 && body->obstacle_depth > OBSTACLE_DEPTH * body->diagonal;
+}
+
+/* Did a touch become as deep as the thickness, so that surfaces met? */
+static bool have_met(const scene_run *run) {
+  return thrum_scene_collisions(run->scene).deepest_share >= 1;
+}
+
+bool scene_run_have_crossed(const scene_run *run) {
+  bool crossed = have_met(run);
+  for (int64_t n = 0; n < run->spec.bodies.count; n++)
+    crossed = crossed || went_through(run->bodies + n) || run->bodies[n].passed > 0;
+  return crossed;
+}
+
+/* Adds a body's name to those that a warning has, the `count`-th of them. */
+static void add_name(char *names, size_t size, int64_t count, const char *name) {
+  const size_t length = strlen(names);
+  if (count <= NAMES_MAX)
+    snprintf(names + length, size - length, "%s\"%.60s\"", count > 1 ? ", " : "", name);
+  else if (count == NAMES_MAX + 1)
+    snprintf(names + length, size - length, " and others");
+}
+
+/* Steps that were made without contact, and whose bodies they were. */
+static void warn_of_declined(const scene_run *run) {
+  char names[NAMES_MAX * 80] = "";
+  int64_t count = 0, most = 0;
+  for (int32_t n = 0; n < run->spec.bodies.count; n++) {
+    thrum_scene_body_info info;
+    if (thrum_scene_body(run->scene, n, &info, NULL) < 0 || info.contact.declined == 0)
+      continue;
+    add_name(names, sizeof names, ++count, run->bodies[n].spec->name);
+    most = info.contact.declined > most ? info.contact.declined : most;
+  }
+  if (count > 0)
+    config_warn("contact was given up in %" PRId64 " step%s of %s, which no attempt could solve: "
+                "they may have gone through what they touch; take a shorter dt, in which nothing "
+                "moves further than a body is thick",
+                most, most == 1 ? "" : "s", names);
+}
+
+/* How deep bodies really are in each other at the end: a touch knows places that are near alone. */
+static void warn_of_overlap(const scene_run *run) {
+  thrum_scene_overlap deepest;
+  char in[SCENE_OVERLAP_NAME];
+  if (thrum_scene_find_overlap(run->scene, &deepest, NULL) < 0 || deepest.body < 0)
+    return;
+  scene_run_name_overlap(run, &deepest, in);
+  config_warn("body '%.60s' is %.2g m deep in %s at the end", run->bodies[deepest.body].spec->name,
+              deepest.depth, in);
+}
+
+/* The name of a body or a solid that a touch is of. */
+static void name_met(const scene_run *run, int32_t number, char name[SCENE_OVERLAP_NAME]) {
+  const bool solid = number >= THRUM_SCENE_SOLID;
+  thrum_scene_overlap of = {.other = solid ? -1 : number,
+                            .obstacle = -1,
+                            .solid = solid ? number - THRUM_SCENE_SOLID : -1};
+  scene_run_name_overlap(run, &of, name);
+}
+
+/* Says when surfaces met first, and whose they were where a touch knew of them. */
+static void warn_of_meeting(const scene_run *run) {
+  const thrum_contact_pairs_report of = thrum_scene_collisions(run->scene);
+  char first[SCENE_OVERLAP_NAME], second[SCENE_OVERLAP_NAME],
+      whose[2 * SCENE_OVERLAP_NAME + 20] = "";
+  if (run->met[0] >= 0) {
+    name_met(run, run->met[0], first);
+    name_met(run, run->met[1], second);
+    snprintf(whose, sizeof whose, ", of %s and %s at first,", first, second);
+  }
+  config_warn("surfaces went through each other%s in the step to %.4g s: their places came up to "
+              "%.2g m deeper than the distance that they keep, %.2g times it: do not trust what "
+              "touches; take a shorter dt, or bodies that differ less",
+              whose, run->met_time, of.deepest, of.deepest_share);
+}
+
+/* Says who began within the thickness: there contact pushes them apart only as far as it has energy
+ * for, and they do not come to rest. */
+static void warn_of_start(const scene_run *run) {
+  char first[SCENE_OVERLAP_NAME], second[SCENE_OVERLAP_NAME];
+  if (!(run->near_share > NEAR_SHARE) || have_met(run) || run->near[0] == run->near[1])
+    return;
+  name_met(run, run->near[0], first);
+  name_met(run, run->near[1], second);
+  config_warn(
+      "%s and %s start %.2g m apart, and contact keeps %.2g m between them: they stay that "
+      "near and may tremble; move them apart, or give \"collisions\" a thickness below %.2g",
+      first, second, run->near_distance, run->near_distance / (1 - run->near_share),
+      run->near_distance);
+}
+
+void scene_run_warn_of_depth(const scene_run *run) {
+  warn_of_start(run);
+  const thrum_contact_pairs_report of = thrum_scene_collisions(run->scene);
+  warn_of_declined(run);
+  if (have_met(run))
+    warn_of_meeting(run);
+  if (have_met(run))
+    warn_of_overlap(run);
+
+  // obstacles that vertices touch
+  for (int64_t n = 0; n < run->spec.bodies.count; n++) {
+    const scene_body_run *body = run->bodies + n;
+    if (went_through(body))
+      config_warn("body '%.100s' was %.2g m deep in an obstacle, %.0f %% of its diagonal: do not "
+                  "trust it; take a shorter dt",
+                  body->spec->name, body->obstacle_depth,
+                  100 * body->obstacle_depth / body->diagonal);
+    else if (body->passed > 0)
+      config_warn("body '%.100s' went over obstacles[%d], a sphere, between its vertices or within "
+                  "a step: do not trust it; take a shorter dt, a finer mesh, or a capsule, whose "
+                  "faces are touched",
+                  body->spec->name, (int)body->passed - 1);
+  }
+  if (of.dropped > 0)
+    config_warn("%lld touches of bodies found no room and were left out", (long long)of.dropped);
+}

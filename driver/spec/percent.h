@@ -1,0 +1,18 @@
+/* Shares as they are told: in per cent, with two digits and no exponent.
+ * SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_DRIVER_SPEC_PERCENT_H
+#define THRUM_DRIVER_SPEC_PERCENT_H
+
+#include <stdio.h>
+
+enum { PERCENT_MAX = 32 };
+
+/* A share in per cent, without the sign of it: "0.11", "93", "100", "4971"; beyond 1e9 with an
+ * exponent after all. Returns `text`. */
+static inline const char *percent_text(double share, char text[PERCENT_MAX]) {
+  const double value = 100 * share;
+  snprintf(text, PERCENT_MAX, value >= 99.5 && value < 1e9 ? "%.0f" : "%.2g", value);
+  return text;
+}
+
+#endif

@@ -1,0 +1,71 @@
+/* Loads, memory and the runtime's search for an equilibrium. SPDX-License-Identifier: Apache-2.0 */
+#include "driver/spec/static_solve.h"
+
+#include <math.h>
+#include <stdbool.h>
+#include <stdint.h>
+#include <stdlib.h>
+
+#include "config/message.h"
+#include "core/base/pi.h"
+#include "platform/allocate.h"
+#include "thrum/thrum.h"
+
+static thrum_status add_loads(const thrum_model *model, const load_spec *loads, int64_t count,
+                              double *one, double *sum, thrum_error *error) {
+  for (int64_t n = 0; n < count; n++) {
+    THRUM_TRY(load_spec_reduce(model, &loads[n], one, error));
+    for (int64_t i = 0; i < model->rank; i++)
+      sum[i] += one[i];
+  }
+  return THRUM_OK;
+}
+
+/* Warns of loads that are allowed and yet hardly meant. */
+static void warn_idle(const thrum_model *model, const char *said, const double *load) {
+  bool idle = true;
+  for (int64_t i = 0; i < model->rank; i++)
+    idle = idle && load[i] == 0;
+  if (idle)
+    config_warn("%s: the load moves nothing: it is zero, or all that it acts on is held", said);
+  else if (model->rigid != NULL)
+    config_warn(
+        "%s: nothing holds the body: what of the load would move it as a whole has no effect",
+        said);
+}
+
+thrum_status static_solve(const thrum_model *model, const thrum_equilibrium_def *def,
+                          const char *said, const load_spec *loads, int64_t count, bool from,
+                          double *q, double *mode, const static_progress *progress,
+                          thrum_equilibrium_report *report, thrum_error *error) {
+  size_t size = 0;
+  double one[THRUM_RANK_MAX], sum[THRUM_RANK_MAX] = {0};
+  THRUM_TRY(thrum_equilibrium_size(model, &size, error));
+  THRUM_TRY(add_loads(model, loads, count, one, sum, error));
+  void *workspace = NULL;
+  THRUM_TRY(thrum_reserve_aligned(&workspace, size, "an equilibrium", error));
+
+  // a load that nothing answers is a mistake more often than not
+  warn_idle(model, said, sum);
+
+  // an answer is continued from the forces that hold it
+  thrum_equilibrium_def continued = *def;
+  double base[THRUM_RANK_MAX];
+  if (from) {
+    thrum_internal_force(model, q, base, workspace);
+    for (int64_t i = 0; i < model->rank; i++)
+      sum[i] = def->factor * sum[i] - base[i];
+    continued.base = base;
+    continued.factor = 1;
+  }
+
+  const thrum_status status = thrum_equilibrium(model, &continued, sum, q, mode, workspace, size,
+                                                progress->report, progress->context, report, error);
+
+  free(workspace);
+  return config_error_in(error, status, "%.200s", said);
+}
+
+double static_hertz(double omega2) {
+  return omega2 < 0 ? -sqrt(-omega2) / THRUM_TWO_PI : sqrt(omega2) / THRUM_TWO_PI;
+}

@@ -1,0 +1,25 @@
+/* An equilibrium under the loads of a command line. SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_DRIVER_SPEC_STATIC_SOLVE_H
+#define THRUM_DRIVER_SPEC_STATIC_SOLVE_H
+
+#include "driver/spec/load_spec.h"
+
+/* The receiver of each point of the load path; `report` may be NULL. */
+typedef struct static_progress {
+  void (*report)(void *context, const thrum_equilibrium_point *point);
+  void *context;
+} static_progress;
+
+/* The equilibrium under `count` loads at their full strength together. q (rank): where to begin,
+ * and the answer; from: q is an equilibrium under some load, from which the path goes to these;
+ * mode (rank) may be NULL. On failure, whose line begins with `said`, nothing is changed. */
+thrum_status static_solve(const thrum_model *model, const thrum_equilibrium_def *def,
+                          const char *said, const load_spec *loads, int64_t count, bool from,
+                          double *q, double *mode, const static_progress *progress,
+                          thrum_equilibrium_report *report, thrum_error *error);
+
+/* Frequency [Hz] of a squared angular one; that of its magnitude, negative, where it is negative.
+ */
+double static_hertz(double omega2);
+
+#endif
