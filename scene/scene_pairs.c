@@ -18,6 +18,8 @@
 #include "scene/scene_solid.h"
 #include "scene/scene_state.h"
 
+#define WIDER 1.02 /* of the radius of a body: what touches it begins within it */
+
 /* --- skins ------------------------------------------------------------------------------------ */
 
 /* Keeps the triangles of a def, of which a skin is made when bodies are to touch each other. */
@@ -41,7 +43,7 @@ static void fill_member(const thrum_scene *scene, int32_t number, thrum_contact_
 
 /* Where the interval of a body along x begins and ends; larger than what it may touch. */
 static double end_of(const thrum_skin_bound *bound, double side) {
-  return bound->middle[0] + side * (1.02 * bound->radius + 4.0 * bound->motion);
+  return bound->middle[0] + side * (WIDER * bound->radius + 4.0 * bound->motion);
 }
 
 /* The first body of the group that a body is in. */

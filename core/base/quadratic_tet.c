@@ -14,6 +14,8 @@
 
 #include "core/base/vec3.h"
 
+#define BENT 1e-5 /* of an edge: its middle node is off its middle */
+
 const int thrum_quadratic_edges[THRUM_QUADRATIC_EDGES][2] = {{0, 1}, {1, 2}, {2, 0},
                                                              {0, 3}, {1, 3}, {2, 3}};
 
@@ -145,7 +147,6 @@ double thrum_quadratic_volume(double nodes[THRUM_QUADRATIC_NODES][3]) {
 }
 
 bool thrum_quadratic_is_curved(double nodes[THRUM_QUADRATIC_NODES][3]) {
-  const double tolerance = 1e-5;
   for (int e = 0; e < THRUM_QUADRATIC_EDGES; e++) {
     const double *from = nodes[thrum_quadratic_edges[e][0]];
     const double *to = nodes[thrum_quadratic_edges[e][1]];
@@ -155,7 +156,7 @@ bool thrum_quadratic_is_curved(double nodes[THRUM_QUADRATIC_NODES][3]) {
       length += (to[axis] - from[axis]) * (to[axis] - from[axis]);
       off += d * d;
     }
-    if (off > tolerance * tolerance * length)
+    if (off > BENT * BENT * length)
       return true;
   }
   return false;

@@ -14,10 +14,12 @@
 
 #include "core/base/pi.h"
 
-/* Time in steps, whole when it is within 1e-6 of that. */
+#define WHOLE_STEP 1e-6 /* steps: a time this near to a whole step is that step */
+
+/* Time in steps, whole where it is nearly so. */
 static double steps_of(double time, double dt) {
   double steps = time / dt, whole = nearbyint(steps);
-  return fabs(steps - whole) <= 1e-6 ? whole : steps;
+  return fabs(steps - whole) <= WHOLE_STEP ? whole : steps;
 }
 
 double thrum_load_mean(const thrum_load *load, int64_t step, double dt) {

@@ -7,6 +7,8 @@
 #include "core/base/lane_sums.h"
 #include "core/schemes/discrete_gradient_private.h"
 
+#define FEW_TERMS 1e-8 /* share of the energy below which two terms of the root are exact */
+
 /* of a smaller contraction that enters the remembered one */
 
 bool thrum_momentum_take(const thrum_solver *s, double energy_error, double most,
@@ -18,8 +20,8 @@ bool thrum_momentum_take(const thrum_solver *s, double energy_error, double most
   // the factor less 1, so that a long run is not rounded one way; mostly two terms of it are exact
   double more = 0.0;
   if (taken && energy_error != 0.0)
-    more = fabs(share) < 1e-8 ? 0.5 * share - 0.125 * share * share
-                              : share / (1.0 + sqrt(1.0 + share));
+    more = fabs(share) < FEW_TERMS ? 0.5 * share - 0.125 * share * share
+                                   : share / (1.0 + sqrt(1.0 + share));
   for (int32_t i = 0; i < s->n; i++)
     to[i] = from[i] + more * from[i];
   return taken;

@@ -21,6 +21,12 @@
 #include "core/solve/newton.h"
 #include "core/solve/quasi_newton.h"
 
+#define SHIFTS_MAX 8      /* of an indefinite Jacobian, in scales at rest: the first is 1, each */
+#define SHIFT_GROWTH 10.0 /* times the one before */
+#define LENGTHS_MAX 40    /* of a line search */
+#define PROMISED 1e-4     /* share of the fall that the slope promises (Armijo) */
+#define OUTSIDE 8.0 /* times the residual: the quartic terms rule, and the next length is 1/16 */
+
 /* The merit of an increment. */
 typedef struct merit {
   double norm;      /* scaled norm of the residual */
@@ -90,13 +96,13 @@ static bool solve_direction(const thrum_solver *s) {
 static bool descend(const thrum_solver *s, double *slope) {
   const size_t n = (size_t)s->n;
   double shift = 0.0;
-  for (int k = 0; k < 8; k++) {
+  for (int k = 0; k < SHIFTS_MAX; k++) {
     thrum_problem_assemble(s, false);
     if (s->tangent)
       assemble_tangent_change(s);
     for (size_t i = 0; i < n; i++)
       s->view->jacobian_next[i * n + i] += shift * s->view->scale[(size_t)s->first + i];
-    shift = shift > 0.0 ? 10.0 * shift : 1.0;
+    shift = shift > 0.0 ? SHIFT_GROWTH * shift : 1.0;
     if (!solve_direction(s))
       continue;
 
@@ -116,15 +122,16 @@ static bool search(const thrum_solver *s, double slope, merit *here) {
   thrum_state_view *view = s->view;
   memcpy(view->trial, view->unknown, (size_t)s->state->rank * sizeof *view->trial);
   double length = 1.0;
-  for (int k = 0; k < 40; k++) {
+  for (int k = 0; k < LENGTHS_MAX; k++) {
     for (int32_t i = s->first; i < s->state->rank; i++)
       view->unknown[i] = view->trial[i] - length * view->direction[i];
     const merit there = evaluate(s);
 
     // Armijo's condition on m
-    const bool fell = s->tangent ? there.norm < here->norm
-                                 : there.norm < 0.5 * here->norm ||
-                                       there.potential < here->potential - 1e-4 * length * slope;
+    const bool fell = s->tangent
+                          ? there.norm < here->norm
+                          : there.norm < 0.5 * here->norm ||
+                                there.potential < here->potential - PROMISED * length * slope;
     s->report->saw_nonfinite = !isfinite(there.norm);
     if (isfinite(there.norm) && (fell || accept(s, there.norm))) {
       *here = there;
@@ -132,7 +139,7 @@ static bool search(const thrum_solver *s, double slope, merit *here) {
     }
 
     // far outside, where the quartic rules, halves would take too long
-    length *= there.norm < 8.0 * here->norm ? 0.5 : 0.0625;
+    length *= there.norm < OUTSIDE * here->norm ? 0.5 : 0.0625;
   }
   return false;
 }

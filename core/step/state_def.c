@@ -8,6 +8,7 @@
 #include "core/schemes/schemes.h"
 
 #define DEF_COOKIE UINT32_C(0x7468726d)
+#define TOLERANCE_MOST 1e-2 /* that a definition may ask for */
 
 thrum_state_def thrum_default_state_def(void) {
   const thrum_state_def def = {
@@ -157,7 +158,7 @@ thrum_status thrum_state_def_check(const thrum_model *model, const thrum_state_d
     return refuse(error, "newmark_beta", def->newmark_beta, "finite and >= 0");
   if (!(def->newmark_gamma >= 0.0) || !(def->newmark_gamma <= 1.0))
     return refuse(error, "newmark_gamma", def->newmark_gamma, "in [0, 1]");
-  if (!(def->tolerance >= 0.0) || !(def->tolerance <= 1e-2))
+  if (!(def->tolerance >= 0.0) || !(def->tolerance <= TOLERANCE_MOST))
     return refuse(error, "tolerance", def->tolerance, "in [0, 1e-2]");
   THRUM_TRY(check_choices(model, def, error));
   THRUM_TRY(check_parts(def, error));

@@ -14,6 +14,7 @@
 #define CONTACT_MAGIC UINT64_C(0x7468726d63743031)
 #define DEF_COOKIE UINT32_C(0x636e7463)
 #define COUNT_MAX (INT64_C(1) << 31)
+#define TOLERANCE_MOST 1e-2 /* that a definition may ask for */
 
 thrum_contact_def thrum_default_contact_def(void) {
   const thrum_contact_def def = {
@@ -66,7 +67,7 @@ static thrum_status check_counts(const thrum_contact_def *def, thrum_error *erro
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "the contact's diagonal is %g; it must be finite and >= 0 [m]",
                            def->diagonal);
-  if (!(def->tolerance > 0.0 && def->tolerance <= 1e-2))
+  if (!(def->tolerance > 0.0 && def->tolerance <= TOLERANCE_MOST))
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "the contact's tolerance is %g; it must be in (0, 1e-2]",
                            def->tolerance);

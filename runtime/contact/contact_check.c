@@ -7,6 +7,8 @@
 
 #include "core/base/finite.h"
 
+#define NEARLY 1e-12 /* of the largest entry: what is unequal by less is rounding */
+
 /* Whether a give has entries of a size that stays finite, is symmetric and answers no force against
  * itself: no eigenvalue is negative beyond rounding, as no principal minor is. */
 static bool is_give(const double give[9]) {
@@ -16,7 +18,7 @@ static bool is_give(const double give[9]) {
       return false;
     most = fmax(most, fabs(give[i]));
   }
-  const double near = 1e-12 * most;
+  const double near = NEARLY * most;
 
   // minors of one and two rows, which bound what is beside the diagonal
   for (int i = 0; i < 3; i++) {

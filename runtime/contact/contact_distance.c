@@ -19,6 +19,8 @@
 
 #define ADVANCES_MAX 64
 #define CLOSE_ENOUGH 1e-3 /* of the reach: where advancing ends */
+#define PARALLEL 1e-6 /* square of the sine between two edges that have no single closest points   \
+                       */
 
 bool thrum_triangle_closest(const double p[3], const double a[3], const double b[3],
                             const double c[3], double weights[3]) {
@@ -83,7 +85,7 @@ static bool on_edges(const double p0[3], const double p1[3], const double q0[3],
   const double c = thrum_dot3(u, w), b = thrum_dot3(u, v), apart = a * e - b * b;
 
   // edges that are nearly parallel have no single pair of closest points
-  if (!(apart > 1e-6 * a * e)) {
+  if (!(apart > PARALLEL * a * e)) {
     *s = 0.0;
     *t = e > 0.0 ? clamp(f / e) : 0.0;
     return false;

@@ -14,7 +14,8 @@
 #define DEF_COOKIE UINT32_C(0x70616972)
 #define LINKS_MAX 1024
 #define COUNT_MAX (INT64_C(1) << 62)
-#define THICKNESS 4e-3 /* of the smaller body's diagonal (docs/tuning.md) */
+#define THICKNESS 4e-3      /* of the smaller body's diagonal (docs/tuning.md) */
+#define TOLERANCE_MOST 1e-2 /* that a definition may ask for */
 
 thrum_contact_pairs_def thrum_default_contact_pairs_def(void) {
   return (thrum_contact_pairs_def){.cookie = DEF_COOKIE,
@@ -77,7 +78,7 @@ static thrum_status check_def(const thrum_contact_pairs_def *def, thrum_error *e
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "thickness and friction between bodies must be 0 to 1e30");
   if (!(def->restitution >= 0.0 && def->restitution <= 1.0) ||
-      !(def->tolerance > 0.0 && def->tolerance <= 1e-2))
+      !(def->tolerance > 0.0 && def->tolerance <= TOLERANCE_MOST))
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "restitution between bodies must be 0 to 1, the tolerance in (0, "
                            "1e-2]");

@@ -47,6 +47,7 @@
 #define SURE 0.999   /* of the reach: boxes of places within it overlap whatever is rounded */
 #define RING_MAX 32  /* triangles near a vertex, of which more are all tried */
 #define STACK 128    /* pairs of nodes that wait: twice the depth of two trees is enough */
+#define ON_FACE 1e-3 /* thicknesses within which a vertex lies on a triangle, whose face counts */
 
 /* What a search knows of a triangle: nothing, its corners, and its box as well. */
 enum { CORNERS_KNOWN = 1, BOX_KNOWN = 2 };
@@ -371,7 +372,7 @@ static bool face_normal(const search *s, const thrum_quad *quad, double time,
   const double outside = thrum_dot3(face, nearest->apart);
 
   // over the triangle itself the face counts, which also holds for a vertex that was pressed in
-  if (nearest->inside || nearest->distance < 1e-3 * s->thickness) {
+  if (nearest->inside || nearest->distance < ON_FACE * s->thickness) {
     memcpy(normal, face, 3 * sizeof *face);
     *apart = outside;
     const double behind = s->run->own ? OWN_BEHIND : BEHIND;

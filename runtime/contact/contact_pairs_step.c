@@ -37,6 +37,7 @@
 #define CLOSING 0.5     /* share that a correction leaves at most; else the steps are not exact */
 #define WAKES_MAX 3     /* solves after which all candidates that wait have rows */
 #define MISSED 0.25 /* thicknesses by which a solve may move a body further before a new search */
+#define REACH 1.01  /* of two radii within which bodies meet: what is left is for rounding */
 
 /* The first attempt, shifted ones, one without release, one without contact (contact_step.c). */
 enum { ATTEMPT_FIRST = 0, ATTEMPT_RELEASED = 4, ATTEMPT_WITHOUT = 5 };
@@ -108,7 +109,7 @@ int32_t thrum_contact_pairs_near(const thrum_skin_bound *a, const thrum_skin_bou
   thrum_subtract3(a->middle, b->middle, apart);
   // a body that is struck moves at up to twice the speed of what strikes it
   const double motion = fmax(a->motion, b->motion);
-  const double reach = 1.01 * (a->radius + b->radius) + a->motion + b->motion + 2.0 * motion;
+  const double reach = REACH * (a->radius + b->radius) + a->motion + b->motion + 2.0 * motion;
   return thrum_dot3(apart, apart) <= reach * reach;
 }
 

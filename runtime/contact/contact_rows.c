@@ -22,7 +22,8 @@
 #include "runtime/contact/obstacle_private.h"
 
 #define ENTRY_HALVINGS 24
-#define TOGETHER 16 /* points that are first tested by one sphere */
+#define TOGETHER 16         /* points that are first tested by one sphere */
+#define ABOVE (1.0 + 1e-12) /* times a bound, whose rounding it is above */
 
 /* A point in a step. */
 typedef struct moving_point {
@@ -217,7 +218,7 @@ static double stretch_of(const double axes[9]) {
       sum += fabs(axes[i] * axes[j] + axes[3 + i] * axes[3 + j] + axes[6 + i] * axes[6 + j]);
     most = fmax(most, sum);
   }
-  return (1.0 + 1e-12) * sqrt(most);
+  return ABOVE * sqrt(most);
 }
 
 /* Bound of the distance of any point from its place at rest, now and at the end of the step. */

@@ -14,6 +14,7 @@
 #include "runtime/contact/obstacle_private.h"
 
 #define OBSTACLE_COOKIE UINT32_C(0x6f627374)
+#define NEARLY 1e-6 /* by which the axes of an obstacle may miss to be orthonormal */
 
 thrum_obstacle thrum_default_obstacle(void) {
   const thrum_obstacle obstacle = {
@@ -40,7 +41,7 @@ static bool in_range(double value, double most) {
 static bool orthonormal(const double a[9]) {
   for (int i = 0; i < 3; i++)
     for (int j = i; j < 3; j++)
-      if (!(fabs(thrum_dot3(a + 3 * i, a + 3 * j) - (i == j ? 1.0 : 0.0)) <= 1e-6))
+      if (!(fabs(thrum_dot3(a + 3 * i, a + 3 * j) - (i == j ? 1.0 : 0.0)) <= NEARLY))
         return false;
   return true;
 }

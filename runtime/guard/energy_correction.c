@@ -32,6 +32,7 @@
 #define ERROR_ROUNDING 0x1p-50 /* of the energy: an error this small is none */
 #define TURNOVER 1000.0        /* times the energy in and out after which a new target is set */
 #define STRETCH_MOST 0.01      /* largest change of a momentum in one step, a share of it */
+#define STRETCH_OWED 0.4       /* of it: an error that needs more is outstanding */
 
 /* s - 1 of a momentum with the energy `kinetic` that gains `energy_error`; within STRETCH_MOST. */
 static double stretch(double energy_error, double kinetic) {
@@ -115,8 +116,8 @@ static void compare(const thrum_model *model, thrum_state *state, thrum_state_vi
     view->p_next[i] += by * view->p_next[i];
   for (int32_t i = 0; report->carries && i < state->rank; i++)
     view->p_corrected_next[i] += by * view->p_corrected_next[i];
-  target->status = fabs(by) < 0.4 * STRETCH_MOST ? THRUM_ENERGY_CORRECTION_BALANCED
-                                                 : THRUM_ENERGY_CORRECTION_PENDING;
+  target->status = fabs(by) < STRETCH_OWED * STRETCH_MOST ? THRUM_ENERGY_CORRECTION_BALANCED
+                                                          : THRUM_ENERGY_CORRECTION_PENDING;
 }
 
 void thrum_energy_correction_after(const thrum_model *model, thrum_state *state,

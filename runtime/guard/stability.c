@@ -45,6 +45,8 @@
 #define WINDOW_STEPS 128     /* of a mean of the balance */
 #define NUMBER_NEAR 0.9      /* stability number that is near its limit, if it also is */
 #define NUMBER_MOVED 1.02    /* more than so many times that of the explicit modes at rest */
+#define NUMBER_CLOSE 1.2     /* up to which a quarter of the usual steps lies between two samples */
+#define NUMBER_CLOSER 1.45   /* and an eighth; beyond it one */
 #define ENERGY_STEPS 32      /* position form: between two energies in quiet motion, */
 #define ENERGY_STEPS_FIRST 8 /* and in the first window */
 #define NUMBER_DRIFT 0.04    /* of the stability number until the next sample, at most */
@@ -161,7 +163,9 @@ static int32_t sample_steps(const thrum_model *model, const thrum_state *state) 
   if (fabs(state->report.balance_last) > ERROR_FAST)
     return 1;
   if (!(number < near_number(model, state)))
-    return number < 1.2 ? THRUM_SAMPLE_STEPS / 4 : number < 1.45 ? THRUM_SAMPLE_STEPS / 8 : 1;
+    return number < NUMBER_CLOSE    ? THRUM_SAMPLE_STEPS / 4
+           : number < NUMBER_CLOSER ? THRUM_SAMPLE_STEPS / 8
+                                    : 1;
 
   // far from it, the rate at which it moves says how long it stays there
   const bool slow = THRUM_SAMPLE_STEPS_MOST * state->monitor.number_rate <= NUMBER_DRIFT;

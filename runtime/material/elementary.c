@@ -6,6 +6,8 @@
 
 #include <math.h>
 
+#define SERIES_MOST 0.1 /* size of x up to which the series alone is taken */
+
 /* 2 (s^3/3 + s^5/5 + ...): the logarithm of (1 + s)/(1 - s) without its first term. The last term
  * of the series is below rounding for |s| < 0.18. */
 static double logarithm_series(double s) {
@@ -18,7 +20,7 @@ static double logarithm_series(double s) {
 
 double thrum_beyond_logarithm(double x) {
   // log(1 + x) = 2 s + series with s = x/(2 + x), and x - 2 s = x s
-  if (fabs(x) < 0.1) {
+  if (fabs(x) < SERIES_MOST) {
     const double s = x / (2 + x);
     return x * s - logarithm_series(s);
   }

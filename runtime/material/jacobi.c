@@ -10,6 +10,8 @@
 #include <math.h>
 #include <stdbool.h>
 
+#define NOTHING 1e-17 /* of the two entries beside it on the diagonal: an entry this small is 0 */
+
 enum { SWEEPS_MAX = 12 }; // beyond the six, for what is not finite
 
 /* Columns p and q of `size` rows, whose entries are `row` apart and whose columns are `column`
@@ -49,7 +51,7 @@ void thrum_jacobi(int size, double *matrix, double *vectors) {
     for (int p = 0; p < size - 1; p++)
       for (int q = p + 1; q < size; q++) {
         const double beside = fabs(matrix[p * size + p]) + fabs(matrix[q * size + q]);
-        if (fabs(matrix[p * size + q]) > 1e-17 * beside) {
+        if (fabs(matrix[p * size + q]) > NOTHING * beside) {
           rotate_pair(size, matrix, vectors, p, q);
           done = false;
         }

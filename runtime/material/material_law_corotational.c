@@ -18,6 +18,8 @@
 #include "runtime/material/material_law_private.h"
 #include "runtime/material/polar.h"
 
+#define SINGULAR 1e-12 /* determinant over the third power of the trace: no rotation follows */
+
 /* R of F = 1 + G, F - R, which keeps its digits where both are near 1, and tr(e) = R:(F - R). */
 typedef struct decomposed {
   double rotation[3][3], strain[3][3], trace;
@@ -67,7 +69,7 @@ static void spin_inverse(const decomposed *d, double inverse[3][3]) {
     thrum_cross3(matrix[(i + 1) % 3], matrix[(i + 2) % 3], inverse[i]);
   const double determinant = thrum_dot3(matrix[0], inverse[0]);
   const double size = fabs(matrix[0][0]) + fabs(matrix[1][1]) + fabs(matrix[2][2]);
-  const double scale = determinant > 1e-12 * size * size * size ? 1 / determinant : 0;
+  const double scale = determinant > SINGULAR * size * size * size ? 1 / determinant : 0;
   for (int i = 0; i < 3; i++)
     for (int j = 0; j < 3; j++)
       inverse[i][j] *= scale;

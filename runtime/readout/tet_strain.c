@@ -13,7 +13,9 @@
 #include "core/base/vec3.h"
 #include "thrum/stress.h"
 
-#define SWEEPS 16 /* quadratic convergence: about 5 are needed */
+#define SWEEPS 16     /* quadratic convergence: about 5 are needed */
+#define NOTHING 1e-17 /* of the diagonal: entries this small are 0 */
+#define FLAT 1e150    /* cotangent of twice an angle whose square would overflow */
 
 /* Place of component (i, j) among the six. */
 static const int place[3][3] = {{0, 3, 5}, {3, 1, 4}, {5, 4, 2}};
@@ -74,7 +76,7 @@ static void rotate(double a[3][3], int p, int q) {
   const double theta = (a[q][q] - a[p][p]) / (2 * a[p][q]);
 
   // where theta squared overflows the rotation is by nearly nothing
-  const double t = fabs(theta) > 1e150
+  const double t = fabs(theta) > FLAT
                        ? 0.5 / theta
                        : (theta >= 0 ? 1 : -1) / (fabs(theta) + sqrt(theta * theta + 1));
 
@@ -104,7 +106,7 @@ double thrum_tet_least_stretch(const double strain[6], double ratio) {
 
   // cyclic Jacobi converges quadratically, so few sweeps suffice
   for (int sweep = 0; sweep < SWEEPS; sweep++) {
-    if (fabs(a[0][1]) + fabs(a[0][2]) + fabs(a[1][2]) <= 1e-17 * size)
+    if (fabs(a[0][1]) + fabs(a[0][2]) + fabs(a[1][2]) <= NOTHING * size)
       break;
     rotate(a, 0, 1);
     rotate(a, 0, 2);

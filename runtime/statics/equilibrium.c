@@ -32,6 +32,12 @@
 #define LINEAR 0.1     /* largest error of the linear estimate relative to the stiffness at rest */
 #define PLACE_TRIES 40 /* iterations of regula falsi */
 #define PLACE_NEAR 1e-9 /* share of the load there at which it ends */
+#define EASY 0.05   /* correction over prediction below which the next load step is twice as long */
+#define HARD 0.25   /* and above which it is shorter, */
+#define SHORTER 0.7 /* by this factor */
+#define FROM_REST 1e-30     /* of the whole load: a step this short is given up from rest too */
+#define BUCKLING 1e-10      /* of the largest entry: less of an eigenvalue does not buckle a body */
+#define TOLERANCE_MOST 1e-2 /* that a definition may ask for */
 
 thrum_equilibrium_def thrum_default_equilibrium_def(void) {
   const thrum_equilibrium_def def = {.cookie = DEF_COOKIE,
@@ -91,7 +97,7 @@ static thrum_status check_def(const thrum_equilibrium_def *def, thrum_error *err
     return refuse(error, "factor", def->factor, "finite and > 0");
   if (!(def->first_step > 0.0 && def->first_step <= 1.0))
     return refuse(error, "first_step", def->first_step, "in (0, 1]");
-  if (!(def->tolerance > 0.0 && def->tolerance <= 1e-2))
+  if (!(def->tolerance > 0.0 && def->tolerance <= TOLERANCE_MOST))
     return refuse(error, "tolerance", def->tolerance, "in (0, 0.01]");
 
   if (def->steps_max < 1)
@@ -145,14 +151,14 @@ typedef struct path {
 
 /* Is this eigenvalue negative by more than rounding? */
 static bool lost(const path *p, double least) {
-  return least < -1e-12 * p->s.scale[p->s.n - 1];
+  return least < -THRUM_STATIC_ROUNDING * p->s.scale[p->s.n - 1];
 }
 
 /* Sets up the path at the given q: the weights of the residual's norm, and the first step. */
 static void begin(path *p, const double *q) {
   thrum_search *s = &p->s;
   const double *omega2 = s->model->omega2;
-  const double floor = omega2[s->n - 1] > 0.0 ? 1e-12 * omega2[s->n - 1] : 1.0;
+  const double floor = omega2[s->n - 1] > 0.0 ? THRUM_STATIC_ROUNDING * omega2[s->n - 1] : 1.0;
   double sum = 0.0;
 
   // residuals are divided by omega mode by mode; a mode with omega = 0 gets a floor
@@ -255,7 +261,7 @@ static double locate(path *p, double beyond, double least) {
       at_a *= side < 0 ? 0.5 : 1.0;
       side = -1;
     }
-    if (fabs(at) <= 1e-12 * p->s.scale[p->s.n - 1])
+    if (fabs(at) <= THRUM_STATIC_ROUNDING * p->s.scale[p->s.n - 1])
       return middle;
   }
   return 0.5 * (a + b);
@@ -317,7 +323,7 @@ static bool advance(path *p) {
   // a step that needed little correction lets the next be longer
   if (solved && accept(p, factor, least, &found, false)) {
     s->report->load_steps++;
-    p->step *= correction < 0.05 ? 2.0 : correction > 0.25 ? 0.7 : 1.0;
+    p->step *= correction < EASY ? 2.0 : correction > HARD ? SHORTER : 1.0;
     p->step = fmin(p->step, 0.25 * whole);
     return true;
   }
@@ -326,7 +332,7 @@ static bool advance(path *p) {
   s->report->cut_steps++;
   p->step *= 0.5;
   // from rest a step that is short enough always leads on
-  if (p->step >= fmax(SHORTEST * p->factor, 1e-30 * whole))
+  if (p->step >= fmax(SHORTEST * p->factor, FROM_REST * whole))
     return true;
   p->step = careful;
   return snap(p);
@@ -401,7 +407,7 @@ static double linear_estimate(thrum_search *s) {
   // critical where 1 + x times the least eigenvalue vanishes, in units of omega
   const double largest = divide_by_omega(s, s->tangent);
   const double least = thrum_symmetric_least(s->tangent, s->n, s->spare);
-  if (!isfinite(least) || !(-least > 1e-10 * largest))
+  if (!isfinite(least) || !(-least > BUCKLING * largest))
     return NAN;
 
   // where the body bends before it buckles, the linear estimate leaves out too much to be given

@@ -10,6 +10,8 @@
 #include "core/polynomial/polynomial_private.h"
 #include "thrum/equilibrium.h"
 
+#define THRUM_STATIC_ROUNDING 1e-12 /* of the stiffest mode: eigenvalues within it are 0 */
+
 /* Arrays of the workspace. X(name, size): a vector is rank long, the others as they say. */
 #define THRUM_EQUILIBRIUM_ARRAYS(X)                                                                \
   X(q, vector)          /* accepted */                                                             \

@@ -32,6 +32,12 @@
 #define SHORT_MOST 8       /* so many in a row lead to a leap */
 #define LEAP_STEPS 6       /* full steps within which the energy must fall below where it was */
 #define NEAR_ITERATIONS 20 /* a step that needs more is too long */
+#define LENGTHS_MAX 60     /* lengths of a line search */
+#define PROMISED 1e-4      /* share of the fall that the slope promises (Armijo) */
+#define NORM_FALL                                                                                  \
+  0.1 /* share of a length by which the residual falls, where the energy says nothing */
+#define NOISE 1e-12 /* of the energy, which is a difference of larger terms */
+#define PUSH 1e-3   /* of the largest amplitude: off an unstable equilibrium */
 
 /* Residual and energies of s->trial under factor times the load. */
 static thrum_search_measure assess(thrum_search *s, double factor) {
@@ -119,17 +125,17 @@ static bool shorten(thrum_search *s, double factor, double slope, thrum_search_m
 
   // the energy is a difference of terms as large as those of the displacement
   const double size = thrum_search_length(s, s->origin, NULL);
-  const double noise = 1e-12 * fabs(here->merit) + 16.0 * DBL_EPSILON * size * size;
+  const double noise = NOISE * fabs(here->merit) + 16.0 * DBL_EPSILON * size * size;
   double length = 1.0;
-  for (int k = 0; k < 60; k++) {
+  for (int k = 0; k < LENGTHS_MAX; k++) {
     place(s, length);
     const thrum_search_measure there = assess(s, factor);
 
     // enough is a fixed share of what the slope promises
     const bool fell =
-        slope > 0.0 ? there.merit < here->merit - 1e-4 * length * slope ||
+        slope > 0.0 ? there.merit < here->merit - PROMISED * length * slope ||
                           (there.norm < 0.5 * here->norm && there.merit <= here->merit + noise)
-                    : there.norm < (1.0 - 0.1 * length) * here->norm;
+                    : there.norm < (1.0 - NORM_FALL * length) * here->norm;
     if (isfinite(there.norm) && isfinite(there.merit) &&
         (fell || there.norm <= target(s, factor))) {
       *here = there;
@@ -187,7 +193,7 @@ static double descend(thrum_search *s, double *least) {
 static void push_off(thrum_search *s, double factor) {
   thrum_search_least(s, s->trial, true);
   const double size = thrum_search_length(s, s->soft, NULL);
-  const double push = size > 0.0 ? 1e-3 * s->amplitude / size : 0.0;
+  const double push = size > 0.0 ? PUSH * s->amplitude / size : 0.0;
 
   // both sides are tried
   memcpy(s->origin, s->trial, (size_t)s->n * sizeof *s->origin);
@@ -204,7 +210,7 @@ static void push_off(thrum_search *s, double factor) {
  * while a search goes down. */
 static bool leap(thrum_search *s, double factor, double slope, thrum_search_measure *here) {
   const size_t vector = (size_t)s->n * sizeof *s->trial;
-  const double enough = here->merit - 1e-4 * slope;
+  const double enough = here->merit - PROMISED * slope;
   memcpy(s->candidate, s->trial, vector);
 
   double least = 0.0;
@@ -234,7 +240,7 @@ bool thrum_search_down(thrum_search *s, double factor, thrum_search_measure *fou
   int short_steps = 0;
   for (int32_t j = 0; j <= s->def->iterations_max && isfinite(found->norm); j++) {
     if (found->norm <= target(s, factor)) {
-      if (thrum_search_least(s, s->trial, false) >= -1e-12 * s->scale[s->n - 1])
+      if (thrum_search_least(s, s->trial, false) >= -THRUM_STATIC_ROUNDING * s->scale[s->n - 1])
         return true;
       push_off(s, factor);
       *found = assess(s, factor);

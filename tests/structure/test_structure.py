@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """The structure of the sources, read from their includes and declarations.
 
-Five rules keep the tree readable:
+Eight rules keep the tree readable:
   1. No cycle of includes between files or between folders.
   2. No private header is taken from above: each folder includes only folders below it, and what is
      private to the runtime or to the scene library stays there (core/base and runtime/material serve
@@ -10,12 +10,14 @@ Five rules keep the tree readable:
      header whose name they begin with: msh_read.h declares msh_read.c and msh_read_nodes.c. A
      header in include/thrum is the face of a whole library: core/ and runtime/, or scene/ for scene.h.
   4. No two source files have the same name.
-  5. The core includes and names nothing that stands above it.
-  6. No files call each other in a circle.
-  7. A private header declares the functions of at most five files.
   5. The core stands alone: a file of core/ includes core/ and the public headers that core/ implements,
      and names no function and no table that is defined above it. What is above is reached through the
      two tables that each library has of its own, thrum_schemes and thrum_passes.
+  6. No files call each other in a circle.
+  7. A private header declares the functions of at most five files.
+  8. A number of core/, runtime/ and scene/ that was tuned has a name: a literal is written exactly by
+     sixteenths, as 0.5 and 12.0 are, or has the digits of a constant of mathematics, or stands in a
+     #define (which docs/tuning.md lists) or in the defaults of a definition.
 
 usage: test_structure.py SOURCE      checks the tree, prints each violation, exits with 1 if there is one
        test_structure.py --self-test SOURCE   plants a violation of each rule and demands that it is found
@@ -52,6 +54,10 @@ CORE_HEADERS = {"api", "base_motion", "external_load", "kernel", "kernel_pass", 
 CORE_TABLES = {"thrum_schemes", "thrum_passes"}
 SUFFIXES = (".c", ".h", ".inl")
 OWNERS_MAX = 5
+# a floating-point number, and a default of a definition, such as `.tolerance = 1e-4`
+LITERAL = re.compile(r'(?<![\w.])((?:\d+\.\d*|\.\d+)(?:[eE][-+]?\d+)?|\d+[eE][-+]?\d+)(?![\w.]*x)')
+DEFAULT = re.compile(r'\.\w+ = -?[\d.]+(?:[eE][-+]?\d+)?')
+DIGITS_OF_MATHEMATICS = 15
 INCLUDE = re.compile(r'^\s*#\s*include\s*["<]([^">]+)[">]', re.M)
 COMMENT = re.compile(r'/\*.*?\*/|//[^\n]*', re.S)
 # GNU attributes, and the macros of ours that stand before a declaration
@@ -285,7 +291,25 @@ def check_owners(files):
                 yield f"{path} declares the functions of {len(owners)} files: {', '.join(sorted(owners))}"
 
 
-CHECKS = (check_cycles, check_layers, check_headers, check_names, check_core, check_calls, check_owners)
+def blank(match):
+    return "\n" * match.group().count("\n")
+
+
+def check_literals(files):
+    for path, text in sorted(files.items()):
+        if path.split("/")[0] not in ("core", "runtime", "scene"):
+            continue
+        text = re.sub(r'"(?:\\.|[^"\\\n])*"', '""', COMMENT.sub(blank, text))
+        text = re.sub(r'^[ \t]*#[ \t]*define\b(?:[^\n]*\\\n)*[^\n]*', blank, text, flags=re.M)
+        for number, line in enumerate(text.split("\n"), 1):
+            for literal in LITERAL.findall(DEFAULT.sub("", line)):
+                digits = literal.split("e")[0].replace(".", "").lstrip("0")
+                exact = "e" not in literal.lower() and (16 * float(literal)).is_integer()
+                if not exact and len(digits) < DIGITS_OF_MATHEMATICS:
+                    yield f"{path}:{number}: {literal} has no name"
+
+
+CHECKS = (check_cycles, check_layers, check_headers, check_names, check_core, check_calls, check_owners, check_literals)
 
 
 def violations(files):
@@ -322,6 +346,8 @@ def self_test(files):
                        "io/planted_b.c": "int planted_b(void) {\n  return planted_a();\n}\n"}),
         (check_owners, {"io/planted.h": "".join(f"int planted_{n}(void);\n" for n in range(6)),
                         **{f"io/planted_{n}.c": f"int planted_{n}(void) {{\n  return {n};\n}}\n" for n in range(6)}}),
+        (check_literals, {"runtime/guard/planted.c": "double f(double x) {\n  return 0.7 * x;\n}\n"}),
+        (check_literals, {"scene/planted.c": "double f(double x) {\n  return x + 1e-12;\n}\n"}),
     )
     missed = 0
     for check, plant in plants:
