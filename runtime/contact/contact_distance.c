@@ -19,8 +19,7 @@
 
 #define ADVANCES_MAX 64
 #define CLOSE_ENOUGH 1e-3 /* of the reach: where advancing ends */
-#define PARALLEL 1e-6 /* square of the sine between two edges that have no single closest points   \
-                       */
+#define PARALLEL 1e-6     /* square of the sine between two edges without closest points */
 
 bool thrum_triangle_closest(const double p[3], const double a[3], const double b[3],
                             const double c[3], double weights[3]) {
