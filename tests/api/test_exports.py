@@ -3,11 +3,11 @@
 
 The symbols file of the Debian package names the same functions: that package does not build otherwise.
 
-usage: test_exports.py SOURCE LIBTHRUM LIBTHRUM_SCENE     compares both libraries with their headers
-       test_exports.py --planted SOURCE LIBTHRUM LIBTHRUM_SCENE
+usage: test_exports.py SOURCE LIBTHRUM LIBTHRUM_SCENE LIBTHRUM_RESPONSE   compares the libraries with their headers
+       test_exports.py --planted SOURCE LIBTHRUM LIBTHRUM_SCENE LIBTHRUM_RESPONSE
                        plants a difference of each kind and demands that it is found
 
-The scene library has scene.h, the runtime the other headers of include/thrum. Every function that
+The scene library has scene.h, that of responses response.h, the runtime the other headers of include/thrum. Every function that
 they declare must carry THRUM_API, but for those defined in the header itself.
 
 SPDX-License-Identifier: Apache-2.0
@@ -18,6 +18,8 @@ import subprocess
 import sys
 
 SYMBOLS = "debian/libthrum0.2.symbols"
+LIBRARIES = ("thrum", "thrum_scene", "thrum_response")
+OWN_HEADERS = {"scene.h": "thrum_scene", "response.h": "thrum_response"}
 COMMENT = re.compile(r'/\*.*?\*/|//[^\n]*', re.S)
 DIRECTIVE = re.compile(r'^[ \t]*#(?:[^\n]*\\\n)*[^\n]*', re.M)
 ATTRIBUTE = re.compile(r'__attribute__\s*\(\(.*?\)\)\s*', re.S)
@@ -57,11 +59,11 @@ def declared(name, text, problems):
 
 
 def compare(headers, symbols):
-    """What differs between the headers and the symbols of {'thrum', 'thrum_scene'}."""
+    """What differs between the headers and the symbols of the libraries."""
     problems = []
-    functions = {"thrum": set(), "thrum_scene": set()}
+    functions = {library: set() for library in LIBRARIES}
     for name, text in headers.items():
-        library = "thrum_scene" if name == "scene.h" else "thrum"
+        library = OWN_HEADERS.get(name, "thrum")
         functions[library] |= declared(name, text, problems)
     for library, names in functions.items():
         problems += [f"lib{library} does not export {n}" for n in sorted(names - symbols[library])]
@@ -73,8 +75,8 @@ def compare(headers, symbols):
 
 
 def packaged(root):
-    """The symbols of {'thrum', 'thrum_scene'} as Debian's symbols file has them."""
-    found, library = {"thrum": set(), "thrum_scene": set()}, None
+    """The symbols of the libraries as Debian's symbols file has them."""
+    found, library = {name: set() for name in LIBRARIES}, None
     with open(os.path.join(root, SYMBOLS), encoding="utf-8") as file:
         for line in file:
             head = re.match(r"lib(\w+)\.so", line)
@@ -121,11 +123,11 @@ def planted(headers, symbols):
 
 def main(arguments):
     plant = arguments[:1] == ["--planted"]
-    if len(arguments) != 3 + plant:
+    if len(arguments) != 1 + len(LIBRARIES) + plant:
         sys.exit(__doc__)
-    root, thrum, scene = arguments[plant:]
+    root, *paths = arguments[plant:]
     headers = read_headers(root)
-    symbols = {"thrum": exported(thrum), "thrum_scene": exported(scene)}
+    symbols = {library: exported(path) for library, path in zip(LIBRARIES, paths)}
     problems = compare(headers, symbols) + compare_packaged(symbols, packaged(root))
     if plant and not problems:
         problems = [f"not found: {what}" for what in planted(headers, symbols)]

@@ -8,7 +8,7 @@ Eight rules keep the tree readable:
      everyone).
   3. A header declares the functions of its own .c and of no other. A family of files shares the
      header whose name they begin with: msh_read.h declares msh_read.c and msh_read_nodes.c. A
-     header in include/thrum is the face of a whole library: core/ and runtime/, or scene/ for scene.h.
+     header in include/thrum is the face of a whole library: core/ and runtime/, scene/ for scene.h, or response/ for response.h.
   4. No two source files have the same name.
   5. The core stands alone: a file of core/ includes core/ and the public headers that core/ implements,
      and names no function and no table that is defined above it. What is above is reached through the
@@ -34,6 +34,7 @@ LAYERS = {
     "core": set(),
     "runtime": {"core"},
     "scene": set(),
+    "response": set(),
     "platform": set(),
     "io": {"platform"},
     "mesh": {"platform", "io"},
@@ -212,7 +213,8 @@ def check_headers(files):
         for name in sorted(declarations(text)[0]):
             for source in sorted(where.get(name, ())):
                 if path.startswith("include/"):
-                    home = ("scene",) if path.endswith("/scene.h") else ("core", "runtime")
+                    own = os.path.basename(path)[:-2]
+                    home = (own,) if own in ("scene", "response") else ("core", "runtime")
                     good = source.split("/")[0] in home
                 else:
                     stem = module_of(source)

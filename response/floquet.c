@@ -1,0 +1,202 @@
+/* Floquet multipliers: the perturbations of a periodic motion over a period, docs/mathematics/21
+ * (7).
+ *
+ * In tau = Omega t a perturbation y obeys y'' + (D / Omega) y' + (T(q) / Omega^2) y = 0. A step of
+ * Gauss's method of two stages with h = 2 pi / steps solves
+ *
+ *   (1 + h A (x) D / Omega + h^2 A^2 (x) T_i / Omega^2) w = -T_i / Omega^2 (y + c_i h y') - D /
+ * Omega y'
+ *
+ * for the accelerations w of both stages, of all 2 r perturbations at once. It is of order 4 and
+ * symplectic: without damping what is stable stays on the unit circle at any step. The monodromy
+ * matrix is what they are after a period, and its eigenvalues are the multipliers. Cost: steps (43
+ * r^3 / 3 + 2 tangents) and 80 r^3. Source: Hairer, Lubich and Wanner 2006,
+ * doi:10.1007/3-540-30666-8, section II.1.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#include "core/base/fp_contract.h"
+
+#include "response/floquet.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "core/base/matrix_product.h"
+#include "core/base/pi.h"
+#include "response/eigenvalues.h"
+#include "response/square_system.h"
+#include "thrum/polynomial.h"
+
+#define OUTSIDE                                                                                    \
+  1e-6 /* a multiplier further out than so much is unstable: rounding moves pairs of them */
+
+/* Places c and weights a of the method, and what follows of them. */
+static const double root = 0.28867513459481288225; /* sqrt(3) / 6 */
+#define C1 (0.5 - root)
+#define C2 (0.5 + root)
+static double stage_weight(int i, int j) {
+  return i == j ? 0.25 : i == 0 ? 0.25 - root : 0.25 + root;
+}
+static double stage_square(int i, int j) {
+  return stage_weight(i, 0) * stage_weight(0, j) + stage_weight(i, 1) * stage_weight(1, j);
+}
+
+void thrum_floquet_lay(thrum_floquet *f, thrum_room *room) {
+  const int64_t r = f->balance->rank, h = f->balance->harmonics;
+  f->cosines = thrum_room_take(room, 2 * f->steps * h);
+  f->sines = thrum_room_take(room, 2 * f->steps * h);
+  f->motion = thrum_room_take(room, 4 * r * r);
+  f->system = thrum_room_take(room, 4 * r * r);
+  f->rates = thrum_room_take(room, 4 * r * r);
+  f->tangents = thrum_room_take(room, 2 * r * r);
+  f->product = thrum_room_take(room, 2 * r * r);
+  f->values = thrum_room_take(room, 4 * r);
+  f->q = thrum_room_take(room, r);
+  f->columns = (int32_t *)(void *)thrum_room_take(room, r + 1);
+}
+
+void thrum_floquet_fill(thrum_floquet *f) {
+  const int64_t h = f->balance->harmonics;
+  for (int64_t place = 0; place < 2 * f->steps; place++) {
+    const double at = (double)(place / 2) + (place % 2 == 0 ? C1 : C2);
+    for (int64_t k = 1; k <= h; k++) {
+      const double turns = fmod((double)k * at / (double)f->steps, 1);
+      f->cosines[place * h + k - 1] = cos(THRUM_TWO_PI * turns);
+      f->sines[place * h + k - 1] = sin(THRUM_TWO_PI * turns);
+    }
+  }
+}
+
+/* T / Omega^2 at a place of Gauss, with what of the load changes with q. */
+static void tangent_at(thrum_floquet *f, const thrum_place *of, int64_t place, double *tangent) {
+  thrum_balance *b = f->balance;
+  const int64_t r = b->rank, h = b->harmonics, square = r * r;
+  const double *cosines = f->cosines + place * h, *sines = f->sines + place * h;
+  memcpy(f->q, of->x, (size_t)r * sizeof *f->q);
+  for (int64_t block = 1; block < b->blocks; block++) {
+    const int64_t k = thrum_block_harmonic(b, block) - 1;
+    const double value = thrum_block_sine(b, block) ? sines[k] : cosines[k];
+    for (int64_t i = 0; i < r; i++)
+      f->q[i] += value * of->x[block * r + i];
+  }
+  thrum_tangent_stiffness(b->model, f->q, tangent, b->work);
+  const double scale = 1 / (of->omega * of->omega);
+  const double parts[LOAD_PARTS] = {1, cosines[0], sines[0]};
+  for (int64_t e = 0; e < square; e++) {
+    for (int part = 0; b->pull != NULL && part < LOAD_PARTS; part++)
+      tangent[e] -= parts[part] * b->pull[part * square + e];
+    tangent[e] *= scale;
+  }
+}
+
+/* One block of the system of a step. */
+static void fill_block(thrum_floquet *f, double omega, double h, int i, int j) {
+  const thrum_balance *b = f->balance;
+  const int64_t r = b->rank;
+  const double *tangent = f->tangents + i * r * r, weight = h * h * stage_square(i, j);
+  for (int64_t row = 0; row < r; row++) {
+    double *out = f->system + (i * r + row) * 2 * r + j * r;
+    for (int64_t column = 0; column < r; column++)
+      out[column] = weight * tangent[row * r + column];
+    out[row] += i == j;
+    if (b->damping != NULL)
+      out[row] += h * stage_weight(i, j) * b->damping[row] / omega;
+  }
+}
+
+/* The right-hand sides of a stage: rates (rank x 2 rank). */
+static void fill_rates(thrum_floquet *f, double omega, double h, int stage) {
+  const thrum_balance *b = f->balance;
+  const int64_t r = b->rank, count = 2 * r;
+  const double *y = f->motion, *speed = f->motion + r * count;
+  double *rates = f->rates + stage * r * count;
+  const double ahead = h * (stage == 0 ? C1 : C2);
+  for (int64_t e = 0; e < r * count; e++)
+    f->product[e] = -(y[e] + ahead * speed[e]);
+  for (int64_t row = 0; row < r; row++) {
+    double *out = rates + row * count;
+    const double damping = b->damping != NULL ? b->damping[row] / omega : 0;
+    for (int64_t c = 0; c < count; c++)
+      out[c] = -damping * speed[row * count + c];
+    thrum_matrix_product_transposed(r, count, f->product, f->tangents + (stage * r + row) * r, out);
+  }
+}
+
+static bool step(thrum_floquet *f, const thrum_place *of, int64_t index) {
+  const int64_t r = f->balance->rank, count = 2 * r;
+  const double h = THRUM_TWO_PI / (double)f->steps;
+  for (int stage = 0; stage < 2; stage++) {
+    tangent_at(f, of, 2 * index + stage, f->tangents + stage * r * r);
+    fill_rates(f, of->omega, h, stage);
+    fill_block(f, of->omega, h, stage, 0);
+    fill_block(f, of->omega, h, stage, 1);
+  }
+  if (!thrum_square_factor(f->system, count, f->columns))
+    return false;
+  thrum_square_solve(f->system, count, f->columns, count, f->rates);
+
+  // y first, for it takes the speed at the beginning
+  double *y = f->motion, *speed = y + r * count;
+  const double *w = f->rates, *v = w + r * count;
+  const double first = h * h * (0.25 + 0.5 * root), second = h * h * (0.25 - 0.5 * root);
+  for (int64_t e = 0; e < r * count; e++) {
+    y[e] += h * speed[e] + first * w[e] + second * v[e];
+    speed[e] += 0.5 * h * (w[e] + v[e]);
+  }
+  return true;
+}
+
+bool thrum_floquet_solve(thrum_floquet *f, const thrum_place *place) {
+  const int64_t n = 2 * f->balance->rank;
+  memset(f->motion, 0, (size_t)(n * n) * sizeof *f->motion);
+  for (int64_t i = 0; i < n; i++)
+    f->motion[i * n + i] = 1;
+  for (int64_t index = 0; index < f->steps; index++)
+    if (!step(f, place, index))
+      return false;
+  return thrum_eigenvalues(f->motion, n, f->values);
+}
+
+/* Distance of a multiplier from 1. */
+static double from_one(const double *value) {
+  return hypot(value[0] - 1, value[1]);
+}
+
+/* The two multipliers of a free motion that are 1 for its phase and its energy; -1: none. */
+static void find_own(const thrum_floquet *f, int64_t own[2]) {
+  own[0] = own[1] = -1;
+  if (f->balance->blocks > f->balance->harmonics + 1)
+    return;
+  for (int which = 0; which < 2; which++)
+    for (int64_t i = 0; i < 2 * f->balance->rank; i++)
+      if (i != own[0] &&
+          (own[which] < 0 || from_one(f->values + 2 * i) < from_one(f->values + 2 * own[which])))
+        own[which] = i;
+}
+
+int32_t thrum_floquet_unstable(const thrum_floquet *f) {
+  int64_t own[2];
+  int32_t count = 0;
+  find_own(f, own);
+  for (int64_t i = 0; i < 2 * f->balance->rank; i++)
+    count +=
+        i != own[0] && i != own[1] && hypot(f->values[2 * i], f->values[2 * i + 1]) > 1 + OUTSIDE;
+  return count;
+}
+
+thrum_response_kind thrum_floquet_crossing(const thrum_floquet *f) {
+  int64_t own[2];
+  double nearest = INFINITY;
+  thrum_response_kind kind = THRUM_RESPONSE_REGULAR;
+  find_own(f, own);
+  for (int64_t i = 0; i < 2 * f->balance->rank; i++) {
+    const double *value = f->values + 2 * i, size = hypot(value[0], value[1]);
+    if (i == own[0] || i == own[1] || size <= 1 + OUTSIDE || size >= nearest)
+      continue;
+    nearest = size;
+    kind = value[1] != 0  ? THRUM_RESPONSE_NEIMARK_SACKER
+           : value[0] > 0 ? THRUM_RESPONSE_BRANCH
+                          : THRUM_RESPONSE_PERIOD_DOUBLING;
+  }
+  return kind;
+}

@@ -1,0 +1,35 @@
+/* Floquet multipliers of a periodic motion, private to the library of responses; see floquet.c.
+ * SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_RESPONSE_FLOQUET_H
+#define THRUM_RESPONSE_FLOQUET_H
+
+#include "response/corrector.h"
+
+typedef struct thrum_floquet {
+  thrum_balance *balance;
+  int64_t steps;
+  double *cosines, *sines; /* 2 steps x H: of the motion at the places of Gauss */
+  double *motion;          /* 2 rank x 2 rank: perturbations and their rates, by column */
+  double *system, *rates;  /* 2 rank x 2 rank */
+  double *tangents;        /* 2 x rank x rank */
+  double *product;         /* rank x 2 rank */
+  double *values;          /* 2 rank pairs */
+  double *q;               /* rank */
+  int32_t *columns;        /* 2 rank */
+} thrum_floquet;
+
+/* Takes room for the arrays, and fills the tables. */
+void thrum_floquet_lay(thrum_floquet *f, thrum_room *room);
+void thrum_floquet_fill(thrum_floquet *f);
+
+/* The multipliers of the motion, in f->values. False where they are not found. */
+bool thrum_floquet_solve(thrum_floquet *f, const thrum_place *place);
+
+/* How many are outside of the unit circle, of the last motion; of a free one without the two that
+ * are 1 for its phase and its energy. */
+int32_t thrum_floquet_unstable(const thrum_floquet *f);
+
+/* What has gone through the unit circle last: the unstable multiplier nearest to it says. */
+thrum_response_kind thrum_floquet_crossing(const thrum_floquet *f);
+
+#endif

@@ -1,0 +1,67 @@
+/* The equations of a periodic motion in its Fourier coefficients, private to the library of
+ * responses; see harmonic_balance.c. SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_RESPONSE_HARMONIC_BALANCE_H
+#define THRUM_RESPONSE_HARMONIC_BALANCE_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "response/room.h"
+#include "thrum/response.h"
+
+/* The mean, the cosine's and the sine's part of what acts: of a load, and of what of it changes
+ * with q. */
+enum { LOAD_MEAN, LOAD_COSINE, LOAD_SINE, LOAD_PARTS };
+
+typedef struct thrum_balance {
+  const thrum_model *model;
+  const double *damping; /* rank; NULL: none */
+  int64_t rank, unknowns;
+  int64_t harmonics; /* H */
+  int64_t blocks;    /* functions: 2 H + 1; H + 1 of an even motion, which has no sines */
+  int64_t samples;   /* N of a period */
+  double *load;      /* LOAD_PARTS x rank */
+  double *pull; /* LOAD_PARTS x rank x rank: the same load grows so with q; NULL: it does not */
+  double *cosines, *sines; /* (2 H + 1) x N: cos and sin of m tau_s */
+  double *q, *force;       /* N x rank */
+  double *tangents;        /* N x rank x rank */
+  double *even, *odd;      /* (2 H + 1) x rank x rank: means of T cos(m tau), of T sin(m tau) */
+  double *work;            /* thrum_work_count */
+  double strain_energy;    /* mean of V over the samples of the last residual [J] */
+} thrum_balance;
+
+/* Takes room for the arrays; sizes and model are set before. pulls: the load changes with q. */
+void thrum_balance_lay(thrum_balance *b, bool pulls, thrum_room *room);
+
+/* Fills the tables of cosines and sines. */
+void thrum_balance_fill(thrum_balance *b);
+
+/* Which harmonic (0: the mean) the block is of, and whether it is that of sines. */
+static inline int64_t thrum_block_harmonic(const thrum_balance *b, int64_t block) {
+  return block <= b->harmonics ? block : block - b->harmonics;
+}
+static inline bool thrum_block_sine(const thrum_balance *b, int64_t block) {
+  return block > b->harmonics;
+}
+
+/* force (rank) -= the load at sample s, where the body is at q. */
+void thrum_balance_subtract_load(const thrum_balance *b, int64_t s, const double *q, double *force);
+
+/* residual (unknowns) at x (unknowns). */
+void thrum_balance_residual(thrum_balance *b, const double *x, double omega, double *residual);
+
+/* Makes the means of the tangents at the motion of the last residual, of which Jacobians consist.
+ */
+void thrum_balance_linearise(thrum_balance *b);
+
+/* Row `row` of the Jacobian (unknowns) by x, times `scale`; the derivative by omega is returned,
+ * not scaled.
+ */
+double thrum_balance_row(const thrum_balance *b, const double *x, double omega, int64_t row,
+                         double scale, double *out);
+
+/* Stiffness and inertia of an unknown, by which its residual is divided: omega_i^2 + (k Omega)^2.
+ */
+double thrum_balance_weight(const thrum_balance *b, double omega, int64_t row);
+
+#endif

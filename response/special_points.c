@@ -1,0 +1,141 @@
+/* Special points between two points of a curve.
+ *
+ * A fold is where the direction of the curve has no part of the frequency: its zero is found by the
+ * false position of Illinois (Dowell and Jarratt 1971, doi:10.1007/BF01934364), with directions of
+ * Jacobians of their own. Where the number of unstable multipliers changes, halving finds the
+ * place, and the multiplier that has just left the unit circle names it. At a fold a multiplier
+ * goes through 1 too: the place where the direction has next to no part of the frequency is not
+ * named twice.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#include "core/base/fp_contract.h"
+
+#include "response/special_points.h"
+
+#include <math.h>
+
+#define HALVINGS 30
+#define FALSE_POSITIONS 40
+#define EXACT 1e-7      /* of the frequency: a place known as well is found */
+#define EXACT_FOLD 1e-9 /* of the direction */
+#define AT_FOLD 0.02    /* a direction with less of the frequency is that of a fold */
+#define BEYOND 0.5 /* of a step: the directions of its ends may be off by so much of their places  \
+                    */
+
+bool thrum_piece_at(thrum_piece *piece, double position) {
+  const int64_t n = piece->corrector->balance->unknowns;
+  thrum_place *at = &piece->at;
+  for (int64_t i = 0; i < n; i++)
+    at->x[i] = piece->begin.x[i] + position * (piece->end.x[i] - piece->begin.x[i]);
+  at->omega = piece->begin.omega + position * (piece->end.omega - piece->begin.omega);
+  return thrum_corrector_solve(piece->corrector, piece->normal, &piece->begin,
+                               position * piece->step, at);
+}
+
+/* The part of the frequency in the direction at a position; NaN where it is not found. */
+static double turn_at(thrum_piece *piece, double position) {
+  const int64_t n = piece->corrector->balance->unknowns;
+  if (!thrum_piece_at(piece, position) ||
+      !thrum_corrector_tangent_at(piece->corrector, piece->normal, &piece->at, piece->tangent_at))
+    return NAN;
+  return piece->tangent_at[n];
+}
+
+/* Position of the fold; NaN where there is none. */
+static double find_fold(thrum_piece *piece) {
+  double low = 0, high = 1;
+  double at_low = turn_at(piece, low), at_high = turn_at(piece, high);
+
+  // directions of the ends are those of factors nearby, so the fold may be just outside
+  if (at_low * at_high > 0 && fabs(at_low) < fabs(at_high))
+    at_low = turn_at(piece, low = -BEYOND);
+  else if (at_low * at_high > 0)
+    at_high = turn_at(piece, high = 1 + BEYOND);
+  for (int it = 0; it < FALSE_POSITIONS && at_low * at_high < 0; it++) {
+    const double middle = (low * at_high - high * at_low) / (at_high - at_low);
+    const double at_middle = turn_at(piece, middle);
+    if (fabs(at_middle) <= EXACT_FOLD || !(fabs(at_middle) > 0))
+      return middle;
+
+    // the end that stays twice counts half
+    if (at_middle * at_high < 0) {
+      low = high;
+      at_low = at_high;
+    } else {
+      at_low *= 0.5;
+    }
+    high = middle;
+    at_high = at_middle;
+  }
+  return at_low * at_high < 0 ? high : NAN;
+}
+
+static int32_t unstable_at(thrum_piece *piece, double position) {
+  return thrum_piece_at(piece, position) && thrum_floquet_solve(piece->floquet, &piece->at)
+             ? thrum_floquet_unstable(piece->floquet)
+             : -1;
+}
+
+/* The first change of stability from `low` on, where `unstable` are so: its position in *position,
+ * and how many are unstable behind it. -1 where it is lost. */
+static int32_t find_change(thrum_piece *piece, double low, int32_t unstable, double *position,
+                           thrum_response_kind *kind) {
+  double high = 1;
+  int32_t behind = piece->unstable_end;
+  const double span = fabs(piece->end.omega - piece->begin.omega) / piece->end.omega;
+  for (int it = 0; it < HALVINGS && (high - low) * fmax(span, piece->step) > EXACT; it++) {
+    const double middle = 0.5 * (low + high);
+    const int32_t found = unstable_at(piece, middle);
+    if (found < 0)
+      return -1;
+    if (found == unstable) {
+      low = middle;
+    } else {
+      high = middle;
+      behind = found;
+    }
+  }
+
+  // the side on which more is unstable tells what has left the circle
+  *position = high;
+  if (unstable_at(piece, behind > unstable ? high : low) < 0)
+    return -1;
+  *kind = thrum_floquet_crossing(piece->floquet);
+  return behind;
+}
+
+/* Puts a special point where it belongs. */
+static void insert(double *positions, thrum_response_kind *kinds, int32_t *count, double position,
+                   thrum_response_kind kind) {
+  int32_t at = (*count)++;
+  for (; at > 0 && positions[at - 1] > position; at--) {
+    positions[at] = positions[at - 1];
+    kinds[at] = kinds[at - 1];
+  }
+  positions[at] = position;
+  kinds[at] = kind;
+}
+
+int32_t thrum_piece_specials(thrum_piece *piece, double positions[THRUM_SPECIAL_MAX],
+                             thrum_response_kind kinds[THRUM_SPECIAL_MAX]) {
+  const int64_t n = piece->corrector->balance->unknowns;
+  int32_t count = 0;
+  if (piece->normal[n] * piece->tangent[n] < 0) {
+    const double fold = find_fold(piece);
+    if (!isnan(fold))
+      insert(positions, kinds, &count, fold, THRUM_RESPONSE_FOLD);
+  }
+
+  // one change of stability after the other
+  double low = 0;
+  int32_t unstable = piece->unstable_begin;
+  while (piece->floquet != NULL && unstable >= 0 && piece->unstable_end >= 0 &&
+         unstable != piece->unstable_end && count < THRUM_SPECIAL_MAX) {
+    thrum_response_kind kind = THRUM_RESPONSE_REGULAR;
+    unstable = find_change(piece, low, unstable, &low, &kind);
+    const bool at_fold = kind == THRUM_RESPONSE_BRANCH && fabs(turn_at(piece, low)) < AT_FOLD;
+    if (unstable >= 0 && kind != THRUM_RESPONSE_REGULAR && !at_fold)
+      insert(positions, kinds, &count, low, kind);
+  }
+  return count;
+}

@@ -1,0 +1,415 @@
+/* Tests of periodic motions: Duffing's oscillator against closed forms, the theorems that hold for
+ * every model, and what is refused.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#include "tests/support/condensed_support.h"
+
+#include "thrum/response.h"
+
+enum { POINTS_MAX = 4000, NUMBERS_MAX = 400 };
+
+/* A curve as it was visited. */
+typedef struct curve {
+  thrum_response_point points[POINTS_MAX]; /* without their arrays */
+  double coefficients[POINTS_MAX][NUMBERS_MAX];
+  double multipliers[POINTS_MAX][8]; /* the four of the largest */
+  double first;                      /* product of all multipliers of the last point */
+  int count, numbers, rank;
+  thrum_response_report report;
+} curve;
+
+static bool keep(void *context, const thrum_response_point *point) {
+  curve *c = context;
+  assert_in_range(c->count, 0, POINTS_MAX - 1);
+  c->points[c->count] = *point;
+  memcpy(c->coefficients[c->count], point->coefficients, (size_t)c->numbers * sizeof(double));
+  if (point->multipliers != NULL) {
+    const int shown = c->rank < 2 ? 2 * c->rank : 4;
+    memcpy(c->multipliers[c->count], point->multipliers, (size_t)shown * 2 * sizeof(double));
+    c->first = 1;
+    for (int i = 0; i < 2 * c->rank; i++)
+      c->first *= hypot(point->multipliers[2 * i], point->multipliers[2 * i + 1]);
+  }
+  c->count++;
+  return true;
+}
+
+static curve *follow(const thrum_model *model, const thrum_response_def *def) {
+  size_t size = 0;
+  thrum_error error;
+  curve *c = random_alloc(1, sizeof *c);
+  c->rank = (int)model->rank;
+  c->numbers = (2 * def->harmonics + 1) * (int)model->rank;
+  assert_in_range(c->numbers, 1, NUMBERS_MAX);
+  if (thrum_response_size(model, def, &size, &error) != THRUM_OK)
+    fail_msg("%s", error.message);
+  void *memory = aligned_alloc(64, size);
+  memset(memory, 0xa5, size);
+  if (thrum_response(model, def, NULL, memory, size, keep, c, &c->report, &error) != THRUM_OK)
+    fail_msg("%s", error.message);
+  free(memory);
+  return c;
+}
+
+/* q'' + d q' + w2 q + e q^3 = F cos(Omega t). */
+typedef struct duffing {
+  double w2, e, d, force;
+  double c3, c4;
+  thrum_model model;
+} duffing;
+
+static void duffing_make(duffing *o, double w2, double e, double d, double force) {
+  static const int32_t format[2] = {THRUM_MODEL_FORMAT_MAJOR, THRUM_MODEL_FORMAT_MINOR};
+  *o = (duffing){.w2 = w2, .e = e, .d = d, .force = force, .c4 = e / 4};
+  o->model = (thrum_model){.rank = 1,
+                           .c3_count = 1,
+                           .c4_count = 1,
+                           .format = format,
+                           .omega2 = &o->w2,
+                           .c3 = &o->c3,
+                           .c4 = &o->c4};
+}
+
+/* The complete elliptic integral K of parameter m, by the arithmetic-geometric mean. */
+static double elliptic(double m) {
+  double a = 1, b = sqrt(1 - m);
+  for (int n = 0; n < 40; n++) {
+    const double mean = 0.5 * (a + b);
+    b = sqrt(a * b);
+    a = mean;
+  }
+  return pi / (2 * a);
+}
+
+static void duffings_backbone_is_that_of_elliptic_functions(void **context) {
+  (void)context;
+  duffing o;
+  duffing_make(&o, 4, 3, 0, 0);
+  thrum_response_def def = thrum_default_response_def();
+  def.mode = 0;
+  def.harmonics = 15;
+  def.from = 1;
+  def.to = 6;
+  def.amplitude = 3;
+  curve *c = follow(&o.model, &def);
+  assert_int_equal(c->report.end, THRUM_RESPONSE_END_AMPLITUDE);
+  assert_true(c->count > 20);
+  for (int n = 0; n < c->count; n++) {
+    double amplitude = 0;
+    for (int k = 0; k <= def.harmonics; k++)
+      amplitude += c->coefficients[n][k];
+    const double stiff = o.w2 + o.e * amplitude * amplitude;
+    const double exact =
+        pi * sqrt(stiff) / (2 * elliptic(o.e * amplitude * amplitude / (2 * stiff)));
+    assert_true(fabs(c->points[n].omega / exact - 1) < 1e-8);
+
+    // the energy of a free motion is that of its greatest displacement
+    const double energy = 0.5 * o.w2 * amplitude * amplitude + o.c4 * pow(amplitude, 4);
+    assert_true(fabs(c->points[n].energy / energy - 1) < 1e-8);
+    assert_int_equal(c->points[n].unstable, 0);
+  }
+
+  // the amplitude asked for is the first harmonic's
+  assert_true(fabs(c->coefficients[c->count - 1][1] - 3) < 1e-10);
+  free(c);
+}
+
+/* The forced curve of one harmonic: a^2 ((w2 - s + 3/4 e a^2)^2 + d^2 s) = F^2 with s = Omega^2,
+ * and its derivative by a^2. */
+static double frequency_equation(const duffing *o, double square, double s, double *slope) {
+  const double stiff = o->w2 - s + 0.75 * o->e * square;
+  *slope = stiff * stiff + o->d * o->d * s + square * 2 * stiff * 0.75 * o->e;
+  return square * (stiff * stiff + o->d * o->d * s) - o->force * o->force;
+}
+
+/* Omega of a fold near a point of the curve: Newton's method for both equations. */
+static double exact_fold(const duffing *o, double square, double s) {
+  for (int it = 0; it < 50; it++) {
+    double slope = 0, slope_a = 0, slope_s = 0;
+    const double f = frequency_equation(o, square, s, &slope);
+    const double da = 1e-6 * square, ds = 1e-6 * s;
+    double slope_less = 0, other = 0;
+    frequency_equation(o, square + da, s, &slope_a);
+    frequency_equation(o, square - da, s, &slope_less);
+    const double faa = (slope_a - slope_less) / (2 * da);
+    const double more = frequency_equation(o, square, s + ds, &slope_s);
+    const double less = frequency_equation(o, square, s - ds, &other);
+    const double fs = (more - less) / (2 * ds), fas = (slope_s - other) / (2 * ds);
+    const double determinant = slope * fas - fs * faa;
+    square -= (f * fas - fs * slope) / determinant;
+    s -= (slope * slope - faa * f) / determinant;
+  }
+  return sqrt(s);
+}
+
+static void duffings_forced_curve_and_folds_are_those_of_the_closed_form(void **context) {
+  (void)context;
+  for (int sign = -1; sign <= 1; sign += 2)
+    for (int back = 0; back < 2; back++) {
+      duffing o;
+      duffing_make(&o, 1, sign * 0.8, 0.02, 0.02);
+      const double load[1] = {o.force};
+      thrum_response_def def = thrum_default_response_def();
+      def.harmonics = 1;
+      def.from = back ? 1.6 : 0.5;
+      def.to = back ? 0.5 : 1.6;
+      def.damping = &o.d;
+      def.load_cosine = load;
+      curve *c = follow(&o.model, &def);
+      assert_int_equal(c->report.end, THRUM_RESPONSE_END_ARRIVED);
+      assert_int_equal(c->report.folds, 2);
+      assert_int_equal(c->report.special, 2);
+      assert_true(c->report.balance < 1e-9);
+      int folds = 0;
+      for (int n = 0; n < c->count; n++) {
+        double slope;
+        const double *x = c->coefficients[n], omega = c->points[n].omega;
+        const double square = x[1] * x[1] + x[2] * x[2];
+        const double f = frequency_equation(&o, square, omega * omega, &slope);
+        assert_true(fabs(f) < 1e-9 * o.force * o.force);
+
+        // unstable between the folds, and nowhere else
+        if (c->points[n].kind == THRUM_RESPONSE_FOLD) {
+          assert_true(fabs(omega / exact_fold(&o, square, omega * omega) - 1) < 1e-8);
+          folds++;
+        } else {
+          assert_int_equal(c->points[n].unstable, folds == 1 ? 1 : 0);
+        }
+      }
+      assert_true(fabs(c->points[c->count - 1].omega - def.to) < 1e-12);
+      free(c);
+    }
+}
+
+static void multipliers_of_a_linear_oscillator_are_exponentials(void **context) {
+  (void)context;
+  duffing o;
+  duffing_make(&o, 2, 0, 0.1, 1);
+  const double load[1] = {1};
+  thrum_response_def def = thrum_default_response_def();
+  def.harmonics = 2;
+  def.from = 1;
+  def.to = 3;
+  def.damping = &o.d;
+  def.load_sine = load;
+  curve *c = follow(&o.model, &def);
+  for (int n = 0; n < c->count; n++) {
+    const double period = 2 * pi / c->points[n].omega, *found = c->multipliers[n];
+    const double size = exp(-0.05 * period), angle = sqrt(2 - 0.0025) * period;
+    assert_true(fabs(found[0] - size * cos(angle)) < 1e-6);
+    assert_true(fabs(fabs(found[1]) - size * fabs(sin(angle))) < 1e-6);
+
+    // and the motion is the linear answer
+    const double w = c->points[n].omega, stiff = 2 - w * w, square = stiff * stiff + 0.01 * w * w;
+    assert_true(fabs(c->coefficients[n][1] + 0.1 * w / square) < 1e-10);
+    assert_true(fabs(c->coefficients[n][3] - stiff / square) < 1e-10);
+  }
+  free(c);
+}
+
+/* A model of several modes, a load and damping for it. */
+typedef struct several {
+  random_model m;
+  double damping[4], cosine[4], sine[4];
+  thrum_response_def def;
+} several;
+
+static void several_make(several *s, double force) {
+  random_model_make(&s->m, 5, 4, 1, 7, 2);
+  s->def = thrum_default_response_def();
+  for (int i = 0; i < 4; i++) {
+    s->damping[i] = 0.02 * (i + 1);
+    s->cosine[i] = force * (i + 1);
+    s->sine[i] = force * (3 - i);
+  }
+  s->def.from = 0.6;
+  s->def.to = 1.6;
+  s->def.harmonics = 7;
+  s->def.damping = s->damping;
+  s->def.load_cosine = s->cosine;
+  s->def.load_sine = s->sine;
+}
+
+static void every_motion_balances_its_energy_and_solves_the_equation(void **context) {
+  (void)context;
+  several s;
+  several_make(&s, 0.004);
+  s.def.harmonics = 12;
+  curve *c = follow(&s.m.model, &s.def);
+  assert_int_equal(c->report.end, THRUM_RESPONSE_END_ARRIVED);
+  assert_true(c->report.balance < 1e-9);
+  double *work = random_alloc((int64_t)thrum_work_count(&s.m.model), sizeof(double));
+  for (int n = 0; n < c->count; n += 5) {
+    // q'' + D q' + R = f at a phase that is no sample, with all harmonics that matter
+    const double omega = c->points[n].omega, phase = 0.777, h = 1e-3;
+    double q[4], p[4], more[4], less[4], force[4], largest = 0, residual = 0;
+    thrum_response_at(4, s.def.harmonics, omega, phase, c->coefficients[n], q, p);
+    thrum_response_at(4, s.def.harmonics, omega, phase + h, c->coefficients[n], NULL, more);
+    thrum_response_at(4, s.def.harmonics, omega, phase - h, c->coefficients[n], NULL, less);
+    thrum_internal_force(&s.m.model, q, force, work);
+    for (int i = 0; i < 4; i++) {
+      const double load = s.cosine[i] * cos(phase) + s.sine[i] * sin(phase);
+      const double rate = omega * (more[i] - less[i]) / (2 * h);
+      largest = fmax(largest, fabs(rate));
+      residual = fmax(residual, fabs(rate + s.damping[i] * p[i] + force[i] - load));
+    }
+    assert_true(residual < 2e-5 * largest);
+
+    // Parseval: the mean of the kinetic energy is that of the coefficients
+    double mean = 0, sum = 0;
+    for (int at = 0; at < 64; at++) {
+      thrum_response_at(4, s.def.harmonics, omega, 2 * pi * at / 64, c->coefficients[n], q, p);
+      for (int i = 0; i < 4; i++)
+        mean += p[i] * p[i] / 128;
+    }
+    for (int k = 1; k <= s.def.harmonics; k++)
+      for (int i = 0; i < 4; i++) {
+        const double a = c->coefficients[n][4 * k + i];
+        const double b = c->coefficients[n][4 * (s.def.harmonics + k) + i];
+        sum += 0.25 * omega * omega * k * k * (a * a + b * b);
+      }
+    assert_true(fabs(mean / sum - 1) < 1e-9);
+  }
+
+  // Liouville: all multipliers together are the decay of the volume
+  const double period = 2 * pi / c->points[c->count - 1].omega;
+  assert_true(fabs(c->first / exp(-0.2 * period) - 1) < 1e-6);
+  free(work);
+  free(c);
+  random_model_free(&s.m);
+}
+
+static void the_curve_does_not_depend_on_its_steps(void **context) {
+  (void)context;
+  double folds[2][8];
+  int counts[2] = {0, 0};
+  several s;
+  several_make(&s, 0.004);
+  for (int run = 0; run < 2; run++) {
+    s.def.step = run == 0 ? 0.05 : 0.017;
+    curve *c = follow(&s.m.model, &s.def);
+    for (int n = 0; n < c->count; n++)
+      if (c->points[n].kind == THRUM_RESPONSE_FOLD && counts[run] < 8)
+        folds[run][counts[run]++] = c->points[n].omega;
+    free(c);
+  }
+  assert_int_equal(counts[0], counts[1]);
+  assert_true(counts[0] >= 2);
+  for (int n = 0; n < counts[0]; n++)
+    assert_true(fabs(folds[0][n] / folds[1][n] - 1) < 1e-6);
+  random_model_free(&s.m);
+}
+
+static void units_change_nothing(void **context) {
+  (void)context;
+  double found[2][2];
+  for (int run = 0; run < 2; run++) {
+    // mass^1/2 length and time in other units
+    const double length = run == 0 ? 1 : 1e-6, rate = run == 0 ? 1 : 1e4;
+    duffing o;
+    duffing_make(&o, rate * rate, 0.8 * rate * rate / (length * length), 0.02 * rate, 0);
+    const double load[1] = {0.02 * length * rate * rate};
+    thrum_response_def def = thrum_default_response_def();
+    def.from = 0.5 * rate;
+    def.to = 1.6 * rate;
+    def.damping = &o.d;
+    def.load_cosine = load;
+    curve *c = follow(&o.model, &def);
+    found[run][0] = c->count;
+    for (int n = 0; n < c->count; n++)
+      if (c->points[n].kind == THRUM_RESPONSE_FOLD)
+        found[run][1] = c->points[n].omega / rate;
+    free(c);
+  }
+  assert_true(found[0][0] == found[1][0]);
+  assert_true(fabs(found[0][1] / found[1][1] - 1) < 1e-9);
+}
+
+static void a_load_on_the_slaves_of_a_condensed_model_does_work(void **context) {
+  (void)context;
+  random_model m;
+  random_model_make(&m, 9, 6, 1, 9, 3);
+  const thrum_model *stepped = NULL;
+  void *memory = condense(&m.model, 3, &stepped);
+  const double damping[3] = {0.05, 0.05, 0.05};
+  const double load[6] = {0.01, 0, 0, 0.02, -0.03, 0.01};
+  thrum_response_def def = thrum_default_response_def();
+  def.from = 0.7;
+  def.to = 1.4;
+  def.damping = damping;
+  def.load_sine = load;
+  curve *c = follow(stepped, &def);
+  assert_int_equal(c->report.end, THRUM_RESPONSE_END_ARRIVED);
+  assert_true(c->report.balance < 1e-9);
+  free(c);
+  free(memory);
+  random_model_free(&m);
+}
+
+static void refused(const thrum_model *model, const thrum_response_def *def, thrum_status status,
+                    const char *says) {
+  size_t size = 77;
+  thrum_error error = {0};
+  assert_int_equal(thrum_response_size(model, def, &size, &error), status);
+  assert_int_equal(size, 77);
+  if (strstr(error.message, says) == NULL)
+    fail_msg("'%s' lacks '%s'", error.message, says);
+}
+
+static void bad_input_is_refused(void **context) {
+  (void)context;
+  duffing o;
+  duffing_make(&o, 1, 1, 0.1, 1);
+  const double load[1] = {1}, bad[1] = {NAN}, negative[1] = {-1};
+  thrum_response_def good = thrum_default_response_def(), def;
+  good.from = 0.5;
+  good.to = 2;
+  good.load_cosine = load;
+  refused(NULL, &good, THRUM_INVALID_ARGUMENT, "NULL");
+  def = good, def.cookie = 0;
+  refused(&o.model, &def, THRUM_UNINITIALISED_DEF, "thrum_default_response_def");
+  def = good, def.from = 0;
+  refused(&o.model, &def, THRUM_INVALID_ARGUMENT, "above 0");
+  def = good, def.to = NAN;
+  refused(&o.model, &def, THRUM_INVALID_ARGUMENT, "above 0");
+  def = good, def.to = def.from;
+  refused(&o.model, &def, THRUM_INVALID_ARGUMENT, "both");
+  def = good, def.harmonics = 0;
+  refused(&o.model, &def, THRUM_INVALID_ARGUMENT, "harmonics");
+  def = good, def.mode = 1;
+  refused(&o.model, &def, THRUM_INVALID_ARGUMENT, "mode");
+  def = good, def.mode = 0;
+  refused(&o.model, &def, THRUM_INVALID_ARGUMENT, "no load");
+  def = good, def.step = 0;
+  refused(&o.model, &def, THRUM_INVALID_ARGUMENT, "step");
+  def = good, def.points = 1;
+  refused(&o.model, &def, THRUM_INVALID_ARGUMENT, "points");
+  def = good, def.tolerance = 0;
+  refused(&o.model, &def, THRUM_INVALID_ARGUMENT, "tolerance");
+  def = good, def.stability_steps = -1;
+  refused(&o.model, &def, THRUM_INVALID_ARGUMENT, "stability_steps");
+  def = good, def.amplitude = 0;
+  refused(&o.model, &def, THRUM_INVALID_ARGUMENT, "amplitude");
+  def = good, def.load_cosine = NULL;
+  refused(&o.model, &def, THRUM_MISSING, "load that swings");
+  def = good, def.load_cosine = bad;
+  refused(&o.model, &def, THRUM_BAD_VALUE, "not finite");
+  def = good, def.damping = negative;
+  refused(&o.model, &def, THRUM_BAD_VALUE, "damping");
+  o.model.c4 = NULL;
+  refused(&o.model, &good, THRUM_MISSING, "polynomial");
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(duffings_backbone_is_that_of_elliptic_functions),
+      cmocka_unit_test(duffings_forced_curve_and_folds_are_those_of_the_closed_form),
+      cmocka_unit_test(multipliers_of_a_linear_oscillator_are_exponentials),
+      cmocka_unit_test(every_motion_balances_its_energy_and_solves_the_equation),
+      cmocka_unit_test(the_curve_does_not_depend_on_its_steps),
+      cmocka_unit_test(units_change_nothing),
+      cmocka_unit_test(a_load_on_the_slaves_of_a_condensed_model_does_work),
+      cmocka_unit_test(bad_input_is_refused),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}
