@@ -76,20 +76,32 @@ static double look(thrum_corrector *c, const double *normal, const thrum_place *
   return largest;
 }
 
+/* Takes the step of the present residual; false where it leads far away. */
+static bool take_step(thrum_corrector *c, thrum_place *place) {
+  const int64_t n = c->balance->unknowns;
+  thrum_square_solve(c->matrix, n + 1, c->columns, 1, c->residual);
+  if (!(thrum_direction_product(n + 1, c->residual, c->residual) < FURTHEST * FURTHEST))
+    return false;
+  for (int64_t i = 0; i < n; i++)
+    place->x[i] -= c->size * c->residual[i];
+  place->omega -= c->width * c->residual[n];
+  return place->omega > 0;
+}
+
 bool thrum_corrector_solve(thrum_corrector *c, const double *normal, const thrum_place *anchor,
                            double along, thrum_place *place) {
-  const int64_t n = c->balance->unknowns;
   double before = INFINITY;
   bool made = false, fresh = false;
   for (int32_t it = 0; it <= ITERATIONS_MAX; it++) {
     const double norm = look(c, normal, anchor, along, place);
     c->last_iterations = it;
-    c->last_residual = norm;
     if (!isfinite(norm))
       return false;
+
+    // the last step costs next to nothing, and the energy balance gains digits by it
     const bool still = fresh && norm <= ROUNDED && norm > SLOW * before;
     if (made && (norm <= c->tolerance || still))
-      return true;
+      return take_step(c, place);
 
     // factors that serve no more are made anew
     fresh = !made || norm > SLOW * before;
@@ -97,19 +109,21 @@ bool thrum_corrector_solve(thrum_corrector *c, const double *normal, const thrum
       return false;
     made = true;
     before = norm;
-
-    // the step, refused where it leads far away
-    thrum_square_solve(c->matrix, n + 1, c->columns, 1, c->residual);
-    if (!(thrum_direction_product(n + 1, c->residual, c->residual) < FURTHEST * FURTHEST))
-      return false;
-    for (int64_t i = 0; i < n; i++)
-      place->x[i] -= c->size * c->residual[i];
-    place->omega -= c->width * c->residual[n];
     c->iterations++;
-    if (!(place->omega > 0))
+    if (!take_step(c, place))
       return false;
   }
   return false;
+}
+
+double thrum_corrector_residual(thrum_corrector *c, const thrum_place *place) {
+  const thrum_balance *b = c->balance;
+  double largest = 0;
+  thrum_balance_residual(c->balance, place->x, place->omega, c->residual);
+  for (int64_t i = 0; i < b->unknowns; i++)
+    largest =
+        fmax(largest, fabs(c->residual[i]) / (thrum_balance_weight(b, place->omega, i) * c->size));
+  return largest;
 }
 
 void thrum_corrector_tangent(thrum_corrector *c, double *tangent) {

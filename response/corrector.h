@@ -21,7 +21,6 @@ typedef struct thrum_corrector {
   int32_t *columns;          /* unknowns + 1 */
   int32_t iterations, factorisations;
   int32_t last_iterations; /* of the last call */
-  double last_residual;
 } thrum_corrector;
 
 /* Takes room for the arrays. */
@@ -31,6 +30,9 @@ void thrum_corrector_lay(thrum_corrector *c, thrum_room *room);
  * `anchor`. False where it finds none near; place is then undefined. */
 bool thrum_corrector_solve(thrum_corrector *c, const double *normal, const thrum_place *anchor,
                            double along, thrum_place *place);
+
+/* The largest entry of the scaled residual at `place`, whose samples the balance then has. */
+double thrum_corrector_residual(thrum_corrector *c, const thrum_place *place);
 
 /* tangent (unknowns + 1) = the direction of the curve by the last factors, of length 1, on the side
  * of `normal`, with which they were made. */

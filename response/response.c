@@ -287,7 +287,7 @@ static void measure(curve *c, const thrum_place *place, thrum_response_point *po
   thrum_balance *b = &c->balance;
   const int64_t r = b->rank, h = b->harmonics;
   double all = 0, tail = 0;
-  thrum_balance_residual(b, place->x, place->omega, c->corrector.residual);
+  point->residual = thrum_corrector_residual(&c->corrector, place);
   for (int64_t block = 1; block < b->blocks; block++) {
     const int64_t harmonic = thrum_block_harmonic(b, block);
     const double k = (double)harmonic, *x = place->x + block * r;
@@ -311,7 +311,6 @@ static bool show(curve *c, const thrum_place *place, double arc, thrum_response_
   const thrum_balance *b = &c->balance;
   thrum_response_point point = {.omega = place->omega,
                                 .coefficients = c->coefficients,
-                                .residual = c->corrector.last_residual,
                                 .arc = arc,
                                 .multipliers = multipliers,
                                 .unstable = unstable,
@@ -588,7 +587,6 @@ static bool show_piece(curve *c) {
   thrum_balance *b = &c->balance;
   const int64_t n = b->unknowns;
   const int32_t iterations = c->corrector.last_iterations;
-  const double residual = c->corrector.last_residual;
   double step = c->normal[n] * (c->next.omega - c->now.omega) / c->corrector.width;
   for (int64_t i = 0; i < n; i++)
     step += c->normal[i] * (c->next.x[i] - c->now.x[i]) / c->corrector.size;
@@ -619,7 +617,6 @@ static bool show_piece(curve *c) {
   c->arc += step;
   c->unstable = unstable;
   c->corrector.last_iterations = iterations;
-  c->corrector.last_residual = residual;
   return show(c, &c->next, c->arc, THRUM_RESPONSE_REGULAR, unstable,
               unstable >= 0 ? c->kept : NULL);
 }

@@ -4,8 +4,8 @@
  * false position of Illinois (Dowell and Jarratt 1971, doi:10.1007/BF01934364), with directions of
  * Jacobians of their own. Where the number of unstable multipliers changes, halving finds the
  * place, and the multiplier that has just left the unit circle names it. At a fold a multiplier
- * goes through 1 too: the place where the direction has next to no part of the frequency is not
- * named twice.
+ * goes through 1 too, but the determinant of the equations with the direction keeps its sign: only
+ * where that changes do curves cross.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include "core/base/fp_contract.h"
@@ -14,13 +14,13 @@
 
 #include <math.h>
 
+#include "response/square_system.h"
+
 #define HALVINGS 30
 #define FALSE_POSITIONS 40
 #define EXACT 1e-7      /* of the frequency: a place known as well is found */
 #define EXACT_FOLD 1e-9 /* of the direction */
-#define AT_FOLD 0.02    /* a direction with less of the frequency is that of a fold */
-#define BEYOND 0.5 /* of a step: the directions of its ends may be off by so much of their places  \
-                    */
+#define BEYOND 0.5 /* of a step: the directions of its ends may be those of places so far off */
 
 bool thrum_piece_at(thrum_piece *piece, double position) {
   const int64_t n = piece->corrector->balance->unknowns;
@@ -68,6 +68,14 @@ static double find_fold(thrum_piece *piece) {
     at_high = at_middle;
   }
   return at_low * at_high < 0 ? high : NAN;
+}
+
+/* The sign of the determinant at a position; 0 where it is not found. */
+static int sign_at(thrum_piece *piece, double position) {
+  const thrum_corrector *c = piece->corrector;
+  return isnan(turn_at(piece, position))
+             ? 0
+             : thrum_square_sign(c->matrix, c->balance->unknowns + 1, c->columns);
 }
 
 static int32_t unstable_at(thrum_piece *piece, double position) {
@@ -133,8 +141,8 @@ int32_t thrum_piece_specials(thrum_piece *piece, double positions[THRUM_SPECIAL_
          unstable != piece->unstable_end && count < THRUM_SPECIAL_MAX) {
     thrum_response_kind kind = THRUM_RESPONSE_REGULAR;
     unstable = find_change(piece, low, unstable, &low, &kind);
-    const bool at_fold = kind == THRUM_RESPONSE_BRANCH && fabs(turn_at(piece, low)) < AT_FOLD;
-    if (unstable >= 0 && kind != THRUM_RESPONSE_REGULAR && !at_fold)
+    const bool crosses = kind != THRUM_RESPONSE_BRANCH || sign_at(piece, 0) * sign_at(piece, 1) < 0;
+    if (unstable >= 0 && kind != THRUM_RESPONSE_REGULAR && crosses)
       insert(positions, kinds, &count, low, kind);
   }
   return count;

@@ -74,6 +74,14 @@ bool thrum_square_factor(double *matrix, int64_t n, int32_t *columns) {
   return true;
 }
 
+int thrum_square_sign(const double *factors, int64_t n, const int32_t *columns) {
+  int sign = 1;
+  for (int64_t i = 0; i < n; i++)
+    if ((factors[i * n + i] < 0) != (columns[i] != i))
+      sign = -sign;
+  return sign;
+}
+
 void thrum_square_solve(const double *factors, int64_t n, const int32_t *columns, int64_t count,
                         double *x) {
   // forward with L, whose diagonal is 1

@@ -147,7 +147,7 @@ static void duffings_forced_curve_and_folds_are_those_of_the_closed_form(void **
   for (int sign = -1; sign <= 1; sign += 2)
     for (int back = 0; back < 2; back++) {
       duffing o;
-      duffing_make(&o, 1, sign * 0.8, 0.02, 0.02);
+      duffing_make(&o, 1, sign < 0 ? -0.2 : 0.8, 0.02, sign < 0 ? 0.01 : 0.02);
       const double load[1] = {o.force};
       thrum_response_def def = thrum_default_response_def();
       def.harmonics = 1;
@@ -160,7 +160,6 @@ static void duffings_forced_curve_and_folds_are_those_of_the_closed_form(void **
       assert_int_equal(c->report.folds, 2);
       assert_int_equal(c->report.special, 2);
       assert_true(c->report.balance < 1e-9);
-      int folds = 0;
       for (int n = 0; n < c->count; n++) {
         double slope;
         const double *x = c->coefficients[n], omega = c->points[n].omega;
@@ -168,17 +167,38 @@ static void duffings_forced_curve_and_folds_are_those_of_the_closed_form(void **
         const double f = frequency_equation(&o, square, omega * omega, &slope);
         assert_true(fabs(f) < 1e-9 * o.force * o.force);
 
-        // unstable between the folds, and nowhere else
-        if (c->points[n].kind == THRUM_RESPONSE_FOLD) {
+        if (c->points[n].kind == THRUM_RESPONSE_FOLD)
           assert_true(fabs(omega / exact_fold(&o, square, omega * omega) - 1) < 1e-8);
-          folds++;
-        } else {
-          assert_int_equal(c->points[n].unstable, folds == 1 ? 1 : 0);
-        }
       }
       assert_true(fabs(c->points[c->count - 1].omega - def.to) < 1e-12);
       free(c);
     }
+}
+
+static void motions_between_the_folds_are_unstable_and_no_others(void **context) {
+  (void)context;
+  duffing o;
+  duffing_make(&o, 1, 0.8, 0.02, 0.02);
+  const double load[1] = {o.force};
+  thrum_response_def def = thrum_default_response_def();
+  def.harmonics = 9;
+  def.from = 0.5;
+  def.to = 1.6;
+  def.damping = &o.d;
+  def.load_cosine = load;
+  curve *c = follow(&o.model, &def);
+  assert_int_equal(c->report.special, 2);
+  assert_int_equal(c->report.folds, 2);
+  for (int n = 0, folds = 0; n < c->count; n++) {
+    // at a fold a multiplier is 1
+    if (c->points[n].kind == THRUM_RESPONSE_FOLD) {
+      assert_true(fabs(c->multipliers[n][0] - 1) < 1e-3 || fabs(c->multipliers[n][2] - 1) < 1e-3);
+      folds++;
+    } else {
+      assert_int_equal(c->points[n].unstable, folds == 1 ? 1 : 0);
+    }
+  }
+  free(c);
 }
 
 static void multipliers_of_a_linear_oscillator_are_exponentials(void **context) {
@@ -196,8 +216,8 @@ static void multipliers_of_a_linear_oscillator_are_exponentials(void **context) 
   for (int n = 0; n < c->count; n++) {
     const double period = 2 * pi / c->points[n].omega, *found = c->multipliers[n];
     const double size = exp(-0.05 * period), angle = sqrt(2 - 0.0025) * period;
-    assert_true(fabs(found[0] - size * cos(angle)) < 1e-6);
-    assert_true(fabs(fabs(found[1]) - size * fabs(sin(angle))) < 1e-6);
+    assert_true(fabs(found[0] - size * cos(angle)) < 1e-5);
+    assert_true(fabs(fabs(found[1]) - size * fabs(sin(angle))) < 1e-5);
 
     // and the motion is the linear answer
     const double w = c->points[n].omega, stiff = 2 - w * w, square = stiff * stiff + 0.01 * w * w;
@@ -273,7 +293,7 @@ static void every_motion_balances_its_energy_and_solves_the_equation(void **cont
 
   // Liouville: all multipliers together are the decay of the volume
   const double period = 2 * pi / c->points[c->count - 1].omega;
-  assert_true(fabs(c->first / exp(-0.2 * period) - 1) < 1e-6);
+  assert_true(fabs(c->first / exp(-0.2 * period) - 1) < 1e-5);
   free(work);
   free(c);
   random_model_free(&s.m);
@@ -284,7 +304,7 @@ static void the_curve_does_not_depend_on_its_steps(void **context) {
   double folds[2][8];
   int counts[2] = {0, 0};
   several s;
-  several_make(&s, 0.004);
+  several_make(&s, 0.012);
   for (int run = 0; run < 2; run++) {
     s.def.step = run == 0 ? 0.05 : 0.017;
     curve *c = follow(&s.m.model, &s.def);
@@ -404,6 +424,7 @@ int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(duffings_backbone_is_that_of_elliptic_functions),
       cmocka_unit_test(duffings_forced_curve_and_folds_are_those_of_the_closed_form),
+      cmocka_unit_test(motions_between_the_folds_are_unstable_and_no_others),
       cmocka_unit_test(multipliers_of_a_linear_oscillator_are_exponentials),
       cmocka_unit_test(every_motion_balances_its_energy_and_solves_the_equation),
       cmocka_unit_test(the_curve_does_not_depend_on_its_steps),
