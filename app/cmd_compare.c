@@ -1,8 +1,6 @@
 /* `thrum compare`: how far two finished runs are apart, of a model or of the bodies of a scene.
  * SPDX-License-Identifier: Apache-2.0 */
-#include <inttypes.h>
 #include <math.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -14,6 +12,7 @@
 #include "driver/scene/scene_read.h"
 #include "driver/spec/shared_options.h"
 #include "io/json.h"
+#include "io/report.h"
 #include "platform/allocate.h"
 
 #define DEGREES (180 / THRUM_PI)
@@ -154,7 +153,7 @@ static double share(double part, double whole) {
   return whole > 0 ? part / whole : NAN;
 }
 
-static void print_json(const comparison *of) {
+static cJSON *make_report(const comparison *of) {
   cJSON *object = json_report("compare", "done");
   json_string(object, "run", of->sides[0].path);
   json_string(object, "other", of->sides[1].path);
@@ -189,48 +188,52 @@ static void print_json(const comparison *of) {
     json_number(row, "energy_j", found->energy);
     json_number(row, "energy_share", share(found->energy, found->energy_most));
   }
-  json_print(object);
+  return object;
 }
 
-/* Prints the share of the way of a body; "-" where it does not move. */
-static void print_share(const run_difference *found) {
-  const double part = 100 * share(found->apart, found->moved);
-  if (isnan(part))
-    printf(" %10s", "-");
-  else
-    printf(" %10.3g", part);
-}
+static const report_line lines[] = {
+    REPORT_LINE("compared",
+                "{run} with {other}, at {bodies.0.moments} times from {bodies.0.first_s:g} to "
+                "{bodies.0.last_s:g} s"),
+    REPORT_LINE("body",
+                "   apart m  share of way      end m  largest m    shape m   turn deg   energy J"),
+    REPORT_LINE(
+        "{name|body}",
+        "{apart_m:10.4g} {apart_share:11.3g%|            -} {end_m:10.4g} {largest_m:10.4g} "
+        "{shape_m:10.4g} {turn_deg:10.3g} "
+        "{energy_j:10.3g}",
+        .each = "bodies"),
 
-static void print_table(const comparison *of) {
-  printf("compared     %s with %s, at %" PRId64 " times from %g to %g s\n", of->sides[0].path,
-         of->sides[1].path, of->bodies[0].found.moments, of->bodies[0].found.first,
-         of->bodies[0].found.last);
-  printf("%-12s %10s %10s %10s %10s %10s %10s %10s\n", "body", "apart m", "% of way", "end m",
-         "largest m", "shape m", "turn deg", "energy J");
-  for (int64_t n = 0; n < of->count; n++) {
-    const compared_body *body = &of->bodies[n];
-    const run_difference *found = &body->found;
-    printf("%-12s %10.4g", body->name[0] != 0 ? body->name : "body", found->apart);
-    print_share(found);
-    printf(" %10.4g %10.4g %10.4g %10.3g %10.3g\n", found->at_end, found->largest, found->shape,
-           DEGREES * found->turn, found->energy);
+    // what the two were stepped by, where that is not the same; bodies of scenes are never stepped
+    // whole
+    REPORT_LINE("stepped by", "{name?{name}: }{stepped_by}, and {other_stepped_by}",
+                .each = "stepped_apart"),
+    REPORT_LINE("whole mesh",
+                "a run of --full has rows of what the basis of its model has of the motion: what "
+                "that lacks "
+                "is in no "
+                "distance",
+                .when = "full"),
+    REPORT_LINE("alone", "{bodies_alone} bod{bodies_alone#y is|ies are} in one of the runs only",
+                .when = "bodies_alone"),
+    {0}};
+
+static void print_report(const comparison *of, bool json) {
+  cJSON *report = make_report(of);
+  if (json) {
+    json_print(report);
+    return;
   }
 
-  // what the two were stepped by, where that is not the same
-  for (int64_t n = 0; n < of->count; n++) {
-    const compared_body *body = &of->bodies[n];
-    if (strcmp(body->stepped_by[0], body->stepped_by[1]) != 0)
-      printf("stepped by   %s%s%s, and %s\n", body->name, body->name[0] != 0 ? ": " : "",
-             body->stepped_by[0], body->stepped_by[1]);
+  // bodies that two integrators stepped, and runs of which one stepped the whole mesh
+  cJSON *more = cJSON_CreateObject(), *apart = cJSON_AddArrayToObject(more, "stepped_apart");
+  const cJSON *body = NULL;
+  cJSON_ArrayForEach(body, cJSON_GetObjectItemCaseSensitive(report, "bodies")) {
+    if (strcmp(json_text_of(body, "stepped_by"), json_text_of(body, "other_stepped_by")) != 0)
+      cJSON_AddItemToArray(apart, cJSON_Duplicate(body, true));
   }
-
-  // bodies of scenes are never stepped so
-  if (of->bodies[0].full[0] || of->bodies[0].full[1])
-    puts("whole mesh   a run of --full has rows of what the basis of its model has of the motion: "
-         "what that lacks is in no distance");
-  if (of->alone > 0)
-    printf("alone        %" PRId64 " bod%s in one of the runs only\n", of->alone,
-           of->alone == 1 ? "y is" : "ies are");
+  cJSON_AddBoolToObject(more, "full", of->bodies[0].full[0] || of->bodies[0].full[1]);
+  report_end(report, more, REPORT_LABEL, lines);
 }
 
 int cmd_compare(int argc, char **argv) {
@@ -248,7 +251,7 @@ int cmd_compare(int argc, char **argv) {
   comparison of = {0};
   const thrum_status status = compare(&request, &of, &error);
   if (status >= 0)
-    (request.json ? print_json : print_table)(&of);
+    print_report(&of, request.json);
 
   for (int n = 0; n < 2; n++) {
     recorded_scene_free(&of.sides[n].scene);

@@ -36,8 +36,7 @@ static int run_request(precompute_request *request, char *const *argv) {
   if (status >= 0 && precompute_cubic_is_named(request->mesh_name)) {
     status = precompute_cubic_make(request, &error);
   } else if (status >= 0) {
-    status = precompute_make(
-        request, request->json ? precompute_print_json : precompute_print_table, &flagged, &error);
+    status = precompute_make(request, precompute_print_report, &flagged, &error);
   }
   if (status == THRUM_OUT_OF_MEMORY && request->elsewhere)
     status = go_on_elsewhere(argv, &error);

@@ -257,7 +257,7 @@ static int run_request(const static_request *request) {
   // an instability on the way is flagged
   const bool flagged = status >= 0 && strcmp(static_status_name(&answer), "done") != 0;
   if (status >= 0) {
-    (request->json ? static_report_json : static_report_table)(&answer);
+    static_report_print(&answer, request->json);
     warn_flags(&answer);
   }
   const int code = config_end(status, flagged, &error);

@@ -15,6 +15,7 @@
 #include "driver/model/locking.h"
 #include "io/json.h"
 #include "io/paths.h"
+#include "io/report.h"
 #include "mesh/mesh_groups.h"
 #include "mesh/model_quality.h"
 #include "platform/clock.h"
@@ -258,18 +259,6 @@ static void add_solver(cJSON *object, const thrum_solver_use *use) {
   }
 }
 
-static void print_solver(const thrum_solver_use *use) {
-  if (use->room == 0)
-    return;
-  const bool cg = use->solver == THRUM_SOLVER_CG;
-  printf("%-18s%s, about %.0f MB more in a process", "solver",
-         cg ? "conjugate gradients with multigrid" : "factor",
-         (cg ? use->cg_bytes : use->factor_bytes) / 1048576);
-  if (cg && use->factor_bytes > 0)
-    printf(" (a factor: %.0f MB)", use->factor_bytes / 1048576);
-  printf("; %.0f MB were left for it\n", use->room / 1048576);
-}
-
 static void add_seconds(cJSON *object, const precompute_outcome *outcome) {
   cJSON *seconds = cJSON_AddObjectToObject(object, "seconds");
   json_number(seconds, "mesh", outcome->seconds_mesh);
@@ -328,23 +317,8 @@ static void add_learned(cJSON *cubature, const precompute_outcome *outcome) {
               thrum_cubature_learning(figures->few, outcome->result->model.rank, LEARNED_STEPS));
 }
 
-/* The same in words, beside what the points at hand take. */
-static void print_learned(const precompute_outcome *outcome) {
-  const thrum_cubature_figures *figures = &outcome->result->cubature;
-  if (!would_learn(outcome))
-    return;
-  printf("%-18s--cubature-refine %d would begin with %" PRId64 " points", "cheaper", LEARNED_STEPS,
-         figures->few);
-  if (figures->step_seconds > 0)
-    printf(", so that a step takes about %.3g us for %.3g", 1e6 * learned_step(figures),
-           1e6 * figures->step_seconds);
-  printf(", and learn for about %.2g s more; check its error of motion, which may be larger\n",
-         thrum_cubature_learning(figures->few, outcome->result->model.rank, LEARNED_STEPS));
-}
-
-void precompute_print_json(const precompute_outcome *outcome) {
+static cJSON *make_report(const precompute_outcome *outcome) {
   const thrum_precomputed *result = outcome->result;
-  warn_of_order(outcome);
   const thrum_mesh *mesh = outcome->mesh;
   cJSON *object = cJSON_CreateObject();
 
@@ -404,165 +378,161 @@ void precompute_print_json(const precompute_outcome *outcome) {
   add_seconds(object, outcome);
   precompute_add_stages(object, result, outcome->request->options.cubature, &outcome->training);
   json_number(object, "peak_mb", clock_peak_mb());
-  json_print(object);
+  return object;
 }
 
-/* The first few frequencies of a list on one line. */
-static void print_frequencies(const char *label, const double *omega2, int64_t count) {
-  printf("%-18s", label);
-  for (int64_t n = 0; n < count && n < 6; n++) {
-    double hertz = 0;
-    thrum_frequencies(omega2 + n, 1, &hertz);
-    printf("%s%.5g", n > 0 ? ", " : "", hertz);
-  }
-  if (count > 6) {
-    double hertz = 0;
-    thrum_frequencies(omega2 + count - 1, 1, &hertz);
-    printf(", ... %.5g", hertz);
-  }
-  puts(" Hz");
+static const report_line lines[] = {
+    // the file, the mesh and the body
+    REPORT_LINE("model", "{model}"),
+    REPORT_LINE("mesh", "{vertices} vertices ({fixed} held), {tets} tetrahedra{ten_nodes? of ten "
+                        "nodes{order_by=auto?, by --order "
+                        "auto}}"),
+    REPORT_LINE("body", "{mass_kg:.6g} kg, {volume_m3:.6g} m^3"),
+    REPORT_LINE("solver",
+                "factor, about {solver.factor_mb:.0f} MB more in a process; {solver.room_mb:.0f} "
+                "MB were left "
+                "for it",
+                .when = "solver.name=factor"),
+    REPORT_LINE(
+        "solver",
+        "conjugate gradients with multigrid, about {solver.cg_mb:.0f} MB more in a process[ (a "
+        "factor: "
+        "{solver.factor_mb:.0f} MB)]; {solver.room_mb:.0f} MB were left for it",
+        .when = "solver.name=cg"),
+
+    // where the basis comes from, and what it is worth where it was trained and elsewhere
+    REPORT_LINE(
+        "basis",
+        "rank {rank}{modes? from {modes} linear modes}{handles? and {handles} handle{handles#|s}}"
+        "{training.shapes?, {training.shapes} of it trained}"
+        "[{touch.follow?, which is stepped; {touch.modes} touch modes follow|, {touch.modes} of it "
+        "touch modes}]"),
+    REPORT_LINE(
+        "touch",
+        "pulls are followed by {touch.after.worst:.0f%} at least (vertex {touch.after.vertex}, at "
+        "{touch.after.at_m:.3g} m), {touch.after.mean:.0f%} in the mean of {touch.after.places} "
+        "places; without "
+        "touch modes by {touch.before.worst:.0f%} at least, {touch.before.mean:.0f%} in the mean; "
+        "{seconds.touch:.2f} s"),
+    REPORT_LINE("error in {test?a test|training}",
+                "{error=null?the run was lost|{error:.3g%} of the displacement} under {load}",
+                .each = "training.loads"),
+
+    // a free body keeps its rigid modes apart, and an imported basis has no linear modes of its own
+    REPORT_LINE("rigid modes",
+                "{rigid_modes} kept apart, |K z| / (|K| |z|) at most {residuals.rigid:.1e}"),
+    REPORT_LINE("linear modes", "{linear_hz} Hz"),
+    REPORT_LINE(
+        "none missed",
+        "{mode_check.method=inertia?{mode_check.complete?yes|NO} by inertia: "
+        "{mode_check.below_shift} "
+        "modes "
+        "below {mode_check.shift_hz:.5g} Hz|yes by search}, next {mode_check.next_hz:.5g} Hz"
+        "{mode_check.recovered? ({mode_check.recovered} missed at first)}"),
+    REPORT_LINE("imported",
+                "|U^T M U - 1| was {import.orthonormality:.1e}, {import.basis_changed?its basis "
+                "was changed|taken as it "
+                "is}"),
+    REPORT_LINE(
+        "",
+        "gradient to {import.gradient_defect:.1e}, linear part to {import.linear_difference:.1e}, "
+        "energy to "
+        "{import.energy_difference:.1e}"),
+
+    // what the model is good for: its split and its residuals
+    REPORT_LINE("basis", "{basis_hz} Hz"),
+    REPORT_LINE("split",
+                "{explicit_modes} explicit, {implicit_modes} implicit by imexv at dt = {dt:g} s"),
+    REPORT_LINE("residuals",
+                "modes {worst:.1e}, orthonormality {residuals.orthonormality:.1e}, diagonality "
+                "{residuals.diagonality:.1e}"),
+    REPORT_LINE(
+        "precision",
+        "single, force wrong by {residuals.single_precision:.1e} of itself at most, of 16 samples"),
+
+    // points against the polynomial that they replace
+    REPORT_LINE(
+        "cubature",
+        "{cubature.points} point{cubature.points#|s} of {cubature.candidates}, force wrong by "
+        "{cubature.train_error:.2g%} in {cubature.states} states of training, "
+        "{cubature.test_error:.2g%} in "
+        "{cubature.test_states} others (rms)"),
+    REPORT_LINE(
+        "motion",
+        "{cubature.motion_error=null?not measured: run it beside the mesh (simulate --full) or "
+        "tradeoff|wrong by "
+        "{cubature.motion_error:.2g%} in motions of {range_within:.2g} of the diagonal, "
+        "{cubature.motion_error_beyond:.2g%} at {range_beyond:.2g} of it (rms over two periods); a "
+        "step takes "
+        "{cubature.step_us:.3g} us}",
+        .when = "cubature"),
+    REPORT_LINE(
+        "cheaper",
+        "--cubature-refine {cubature.if_learned.refine} would begin with "
+        "{cubature.if_learned.points} "
+        "points"
+        "{cubature.step_us?, so that a step takes about {cubature.if_learned.step_us:.3g} us for "
+        "{cubature.step_us:.3g}}, and learn for about {cubature.if_learned.seconds:.2g} s more; "
+        "check "
+        "its error "
+        "of motion, which may be larger"),
+    REPORT_LINE("gradients", "learned: points of the mesh alone would be wrong by "
+                             "{cubature.chosen_error:.2g%} in these others"),
+    REPORT_LINE("law", "{cubature.law}, by which the points alone answer",
+                .when = "cubature.force_cost=null"),
+    REPORT_LINE(
+        "", "{recommended?recommended|not recommended, leave --cubature out}: a force takes about "
+            "{cubature.force_cost:.2g} "
+            "times as long as by the polynomial"),
+    REPORT_LINE("took", "{seconds.total:.2f} s, peak {peak_mb:.0f} MB"),
+    {0}};
+
+#define FREQUENCIES_SHOWN 6
+
+/* The first few frequencies of a list and the last one, as a text; nothing of an empty one. */
+static void add_first(cJSON *more, const char *key, const cJSON *frequencies) {
+  const int count = cJSON_GetArraySize(frequencies);
+  cJSON *list = cJSON_CreateObject(), *shown = cJSON_AddArrayToObject(list, "first");
+  char text[200];
+  for (int n = 0; n < count && n < FREQUENCIES_SHOWN; n++)
+    cJSON_AddItemToArray(shown, cJSON_Duplicate(cJSON_GetArrayItem(frequencies, n), true));
+  if (count > FREQUENCIES_SHOWN)
+    cJSON_AddItemToObject(list, "last",
+                          cJSON_Duplicate(cJSON_GetArrayItem(frequencies, count - 1), true));
+  if (count > 0 && report_text(list, NULL, "{first:.5g}[, ... {last:.5g}]", text, sizeof text))
+    cJSON_AddStringToObject(more, key, text);
+  cJSON_Delete(list);
 }
 
-static void print_import(const thrum_precomputed *result, bool cubic) {
-  const thrum_imported_figures *imported = &result->imported;
-  printf("%-18s|U^T M U - 1| was %.1e, %s\n", "imported", imported->orthonormality,
-         imported->changed ? "its basis was changed" : "taken as it is");
-  if (cubic)
-    printf("%-18sgradient to %.1e, linear part to %.1e, energy to %.1e\n", "", imported->defect,
-           imported->linear_difference, imported->energy_difference);
-}
-
-static void print_check(const thrum_precomputed *result) {
-  double hertz[2];
-  thrum_frequencies(&result->next_omega2, 1, hertz);
-  thrum_frequencies(&result->shift, 1, hertz + 1);
-
-  // an inertia count is a proof, a search is strong evidence
-  printf("%-18s", "none missed");
-  if (result->mode_counted)
-    printf("%s by inertia: %" PRId64 " modes below %.5g Hz, ",
-           result->modes_complete ? "yes" : "NO", result->shift_count, hertz[1]);
-  else
-    printf("yes by search, ");
-
-  printf("next %.5g Hz", hertz[0]);
-  if (result->modes_recovered > 0)
-    printf(" (%" PRId64 " missed at first)", result->modes_recovered);
-  puts("");
-}
-
-/* A line for each load: what the basis is worth where it was trained, and elsewhere. */
-static void print_training(const train_outcome *training) {
-  for (int64_t n = 0; n < training->run_count; n++) {
-    const train_run *run = &training->runs[n];
-    printf("%-18s", run->test ? "error in a test" : "error in training");
-    if (isfinite(run->error))
-      printf("%.3g %% of the displacement under %s\n", 100 * run->error, run->text);
-    else
-      printf("the run was lost under %s\n", run->text);
-  }
-}
-
-static void print_touch(const touch_outcome *touch) {
-  if (!touch->judged)
-    return;
-  printf("%-18s", "touch");
-  touch_coverage_print(&touch->after, touch->at);
-  printf("; without touch modes by %.0f %% at least, %.0f %% in the mean; %.2f s\n",
-         100 * touch->before.worst, 100 * touch->before.mean, touch->seconds);
-}
-
-void precompute_print_table(const precompute_outcome *outcome) {
+/* What the table has beside the report. */
+static cJSON *make_more(const precompute_outcome *outcome, const cJSON *report) {
   const thrum_precomputed *result = outcome->result;
-  warn_of_order(outcome);
+  const double range = outcome->request->options.cubature_range;
+  cJSON *more = cJSON_CreateObject();
   double worst = 0;
 
   // one number stands for the residuals of all modes
   for (int64_t n = 0; n < result->mode_count; n++)
-    if (result->mode_residual[n] > worst)
-      worst = result->mode_residual[n];
+    worst = result->mode_residual[n] > worst ? result->mode_residual[n] : worst;
+  json_number(more, "worst", worst);
+  add_first(more, "linear_hz", cJSON_GetObjectItemCaseSensitive(report, "frequencies_hz"));
+  add_first(more, "basis_hz", cJSON_GetObjectItemCaseSensitive(report, "basis_frequencies_hz"));
 
-  // the file, the mesh and the body
-  printf("%-18s%s\n", "model", outcome->request->output);
-  printf("%-18s%" PRId64 " vertices (%" PRId64 " held), %" PRId64 " tetrahedra%s%s\n", "mesh",
-         outcome->mesh->vertex_count, outcome->fixed_count, outcome->mesh->tet_count,
-         outcome->mesh->midsides != NULL ? " of ten nodes" : "",
-         outcome->mesh->midsides != NULL && outcome->order.by == ELEMENT_ORDER_AUTO
-             ? ", by --order auto"
-             : "");
-  printf("%-18s%.6g kg, %.6g m^3\n", "body", result->mass, result->volume);
-  print_solver(&result->solver);
+  cJSON_AddBoolToObject(more, "ten_nodes", outcome->mesh->midsides != NULL);
+  json_number(more, "handles", (double)outcome->request->handle_count);
+  json_number(more, "range_within", 0.75 * range);
+  json_number(more, "range_beyond", 1.5 * range);
+  cJSON_AddBoolToObject(more, "recommended", result->cubature.force_cost < 1);
+  return more;
+}
 
-  // where the basis comes from
-  printf("%-18srank %" PRId64, "basis", result->model.rank);
-  if (result->mode_count > 0)
-    printf(" from %" PRId64 " linear modes", result->mode_count);
-  if (outcome->request->handle_count > 0)
-    printf(" and %" PRId64 " handle%s", outcome->request->handle_count,
-           outcome->request->handle_count == 1 ? "" : "s");
-  if (outcome->training.field_count > 0)
-    printf(", %" PRId64 " of it trained", outcome->training.field_count);
-  if (outcome->touch.followers.count > 0)
-    printf(", which is stepped; %" PRId64 " touch modes follow", outcome->touch.shapes);
-  else if (outcome->touch.judged)
-    printf(", %" PRId64 " of it touch modes", outcome->touch.shapes);
-  puts("");
-  print_touch(&outcome->touch);
-  print_training(&outcome->training);
-
-  // a free body keeps its rigid modes apart from the elastic ones
-  if (result->rigid_count > 0)
-    printf("%-18s%" PRId64 " kept apart, |K z| / (|K| |z|) at most %.1e\n", "rigid modes",
-           result->rigid_count, result->rigid_residual);
-
-  // an imported basis has no linear modes of its own
-  if (result->mode_count > 0) {
-    print_frequencies("linear modes", result->mode_omega2, result->mode_count);
-    print_check(result);
-  } else {
-    print_import(result, outcome->request->import_cubic != NULL);
+void precompute_print_report(const precompute_outcome *outcome) {
+  cJSON *report = make_report(outcome);
+  warn_of_order(outcome);
+  if (outcome->request->json) {
+    json_print(report);
+    return;
   }
-
-  // what the model is good for: its split and its residuals
-  print_frequencies("basis", result->model.omega2, result->model.rank);
-  printf("%-18s%" PRId64 " explicit, %" PRId64 " implicit by imexv at dt = %g s\n", "split",
-         outcome->split.explicit_modes, outcome->split.implicit_modes, outcome->dt);
-  printf("%-18smodes %.1e, orthonormality %.1e, diagonality %.1e\n", "residuals", worst,
-         result->basis_orthonormality, result->basis_diagonality);
-  if (outcome->request->options.single)
-    printf("%-18ssingle, force wrong by %.1e of itself at most, of 16 samples\n", "precision",
-           result->single_error);
-
-  // points against the polynomial that they replace
-  if (outcome->request->options.cubature) {
-    printf("%-18s%" PRId64 " point%s of %" PRId64 ", force wrong by %.2g %% in %" PRId64
-           " states of training, %.2g %% in %" PRId64 " others (rms)\n",
-           "cubature", result->cubature.points, result->cubature.points == 1 ? "" : "s",
-           result->cubature.candidates, 100 * result->cubature.train_error, result->cubature.states,
-           100 * result->cubature.test_error, result->cubature.test_states);
-    if (isnan(result->cubature.motion_error))
-      printf("%-18snot measured: run it beside the mesh (simulate --full) or tradeoff\n", "motion");
-    else
-      printf("%-18swrong by %.2g %% in motions of %.2g of the diagonal, %.2g %% at %.2g of it (rms "
-             "over two periods); a step takes %.3g us\n",
-             "motion", 100 * result->cubature.motion_error,
-             0.75 * outcome->request->options.cubature_range,
-             100 * result->cubature.motion_error_beyond,
-             1.5 * outcome->request->options.cubature_range, 1e6 * result->cubature.step_seconds);
-    print_learned(outcome);
-    if (outcome->request->options.cubature_refine > 0)
-      printf("%-18slearned: points of the mesh alone would be wrong by %.2g %% in these others\n",
-             "gradients", 100 * result->cubature.chosen_error);
-    if (outcome->request->options.law != THRUM_LAW_STVK)
-      printf("%-18s%s, by which the points alone answer\n", "law",
-             thrum_law_name(outcome->request->options.law));
-    else
-      printf("%-18s%s: a force takes about %.2g times as long as by the polynomial\n", "",
-             result->cubature.force_cost < 1 ? "recommended"
-                                             : "not recommended, leave --cubature out",
-             result->cubature.force_cost);
-  }
-
-  printf("%-18s%.2f s, peak %.0f MB\n", "took", outcome->seconds_total, clock_peak_mb());
-  precompute_print_stages(result, outcome->request->options.cubature, &outcome->training);
+  report_end(report, make_more(outcome, report), REPORT_LABEL_WIDE, lines);
+  precompute_print_stages(outcome->result, outcome->request->options.cubature, &outcome->training);
 }

@@ -9,8 +9,7 @@
  * leaves the times out. */
 char *precompute_meta(const precompute_outcome *outcome);
 
-/* The outcome on standard output. */
-void precompute_print_json(const precompute_outcome *outcome);
-void precompute_print_table(const precompute_outcome *outcome);
+/* The outcome on standard output, as an object for --json or as the table that is made of it. */
+void precompute_print_report(const precompute_outcome *outcome);
 
 #endif

@@ -7,8 +7,8 @@
 #include <stdio.h>
 
 #include "config/message.h"
-#include "driver/spec/percent.h"
 #include "io/json.h"
+#include "io/percent.h"
 #include "precompute/estimate.h"
 
 basis_estimate basis_estimate_none(const char *why) {

@@ -10,8 +10,8 @@
 #include "config/message.h"
 #include "driver/model/model_meta.h"
 #include "driver/spec/model_names.h"
-#include "driver/spec/percent.h"
 #include "io/json.h"
+#include "io/percent.h"
 #include "precompute/precompute.h"
 
 double locking_most(const double *errors, int64_t count) {

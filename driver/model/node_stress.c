@@ -2,9 +2,7 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "driver/model/node_stress.h"
 
-#include <inttypes.h>
 #include <math.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -76,17 +74,17 @@ void node_stress_json(const node_stress *stress, cJSON *object) {
                     : NAN);
 }
 
-void node_stress_print(const node_stress *stress) {
-  const double *x = stress->peak_place;
-  if (stress->peak_node < 0)
-    return;
-  printf("stress       von Mises up to %.6g Pa%s at vertex %d (%.4g, %.4g, %.4g m at rest), region "
-         "%d",
-         stress->peak,
-         thrum_stress_nodes_extrapolated(stress->nodes) ? "" : " (average of a patch)",
-         (int)thrum_stress_nodes_vertex(stress->nodes, stress->peak_node) + 1, x[0], x[1], x[2],
-         (int)thrum_stress_nodes_region(stress->nodes, stress->peak_node) + 1);
-}
+const report_line node_stress_lines[] = {
+    REPORT_LINE("stress",
+                "von Mises up to {stress.peak_von_mises_pa:.6g} Pa{stress.kind=patch average? "
+                "(average of a patch)} at "
+                "vertex {stress.peak_vertex} ({stress.peak_place_m:.4g} m at rest), region "
+                "{stress.peak_region}"
+                "[, at {stress.peak_time_s:g} s]"),
+    REPORT_LINE("  at centres", "up to {stress.centre_peak_von_mises_pa:.6g} Pa, in tetrahedron "
+                                "{stress.centre_peak_tet} at "
+                                "{stress.centre_peak_time_s:g} s"),
+    {0}};
 
 void node_stress_close(node_stress *stress) {
   free(stress->memory);

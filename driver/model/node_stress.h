@@ -5,6 +5,7 @@
 
 #include <cjson/cJSON.h>
 
+#include "io/report.h"
 #include "thrum/thrum.h"
 
 /* A zeroed one knows nothing. */
@@ -31,8 +32,8 @@ thrum_status node_stress_look(const thrum_model *model, const double *u, double 
 /* Adds the peak to an object: value, vertex (from 1), place, region (from 1), and what it is. */
 void node_stress_json(const node_stress *stress, cJSON *object);
 
-/* The line of the table, without its end. */
-void node_stress_print(const node_stress *stress);
+/* The lines of a table about "stress" of its report. */
+extern const report_line node_stress_lines[];
 
 void node_stress_close(node_stress *stress);
 

@@ -2,7 +2,6 @@
 #include "driver/run/simulate_measures.h"
 
 #include <cjson/cJSON.h>
-#include <inttypes.h>
 #include <math.h>
 #include <stdbool.h>
 #include <stdint.h>
@@ -10,9 +9,9 @@
 #include <stdlib.h>
 
 #include "config/message.h"
-#include "driver/spec/percent.h"
 #include "driver/spec/shared_options.h"
 #include "io/json.h"
+#include "io/percent.h"
 #include "platform/allocate.h"
 #include "runtime/material/material_law.h"
 #include "thrum/thrum.h"
@@ -248,14 +247,6 @@ void simulate_measures_json(const simulate_measures *m, cJSON *object) {
   json_number(monitor, "load_share_outside", m->load_share);
 }
 
-static void print_stress(const simulate_measures *m) {
-  node_stress_print(&m->nodes);
-  if (m->nodes.peak_node >= 0)
-    printf(", at %g s\n", m->nodes.peak_time);
-  printf("  at centres up to %.6g Pa, in tetrahedron %" PRId64 " at %g s\n", m->peak_stress,
-         m->peak_tet + 1, m->peak_time);
-}
-
 void simulate_measures_error(const simulate_measures *m, const char *who, double end) {
   const basis_estimate *of = &m->basis.estimate;
   char share[PERCENT_MAX];
@@ -274,9 +265,8 @@ void simulate_measures_error(const simulate_measures *m, const char *who, double
                            : "more takes long (--judge on)");
 }
 
-void simulate_measures_table(const simulate_measures *m, double end) {
-  if (m->stress_points != NULL && m->peak_tet >= 0)
-    print_stress(m);
+void simulate_measures_table(const simulate_measures *m, const cJSON *report, double end) {
+  report_print(report, NULL, REPORT_LABEL, node_stress_lines);
   if (m->basis_asked)
     simulate_measures_error(m, NULL, end);
   if (m->monitor == NULL || m->record.looks == 0)

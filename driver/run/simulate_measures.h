@@ -51,7 +51,7 @@ void simulate_measures_json(const simulate_measures *measures, cJSON *object);
 
 /* Lines of the table, and a line on standard error for each warning; each begins with `who`, the
  * body of a scene, or "". */
-void simulate_measures_table(const simulate_measures *measures, double end);
+void simulate_measures_table(const simulate_measures *measures, const cJSON *report, double end);
 
 /* The line of the error by the basis alone, and what belongs to it: how far the velocity is wrong,
  * and why it is known to less than the end of the run [s]. who: the body of a scene; NULL: there is

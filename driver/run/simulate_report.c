@@ -9,6 +9,7 @@
 #include "driver/model/locking.h"
 #include "driver/spec/shared_options.h"
 #include "io/json.h"
+#include "io/report.h"
 #include "platform/clock.h"
 
 static void add_split(cJSON *object, const thrum_state_def *def) {
@@ -117,47 +118,26 @@ cJSON *simulate_options_json(const simulate_request *request) {
   return object;
 }
 
-/* Names of the files, relative to the run's folder. */
-enum { RUN_FILES_MAX = 12 };
-
-/* Lists the files of a run; one that was not wanted leaves NULL in its place. */
-static void list_files(const driver_body *body, const char *names[RUN_FILES_MAX]) {
+/* The names of the files, relative to the run's folder; one that was not wanted is none. */
+static void add_files(cJSON *object, const driver_body *body) {
   const simulate_figures *figures = &body->figures;
   const run_output *output = &body->output;
-  const char *const all[RUN_FILES_MAX] = {RUN_JSON,
-                                          "energy.csv",
-                                          "q.npy",
-                                          output->moved ? RUN_PLACEMENTS : NULL,
-                                          output->end ? "end.npy" : NULL,
-                                          output->plot,
-                                          body->probes.count > 0 ? RUN_PROBES_CSV : NULL,
-                                          body->probes.plot,
-                                          figures->against.asked ? AGAINST_MESH_CSV : NULL,
-                                          figures->against.plot,
-                                          output->frames > 0 ? "frames.pvd" : NULL,
-                                          output->frames > 0 ? RUN_FRAMES "/" : NULL};
-  memcpy(names, all, sizeof all);
-}
-
-static void add_files(cJSON *object, const driver_body *body) {
-  const char *names[RUN_FILES_MAX];
-  list_files(body, names);
+  const char *const names[] = {RUN_JSON,
+                               "energy.csv",
+                               "q.npy",
+                               output->moved ? RUN_PLACEMENTS : NULL,
+                               output->end ? "end.npy" : NULL,
+                               output->plot,
+                               body->probes.count > 0 ? RUN_PROBES_CSV : NULL,
+                               body->probes.plot,
+                               figures->against.asked ? AGAINST_MESH_CSV : NULL,
+                               figures->against.plot,
+                               output->frames > 0 ? "frames.pvd" : NULL,
+                               output->frames > 0 ? RUN_FRAMES "/" : NULL};
   cJSON *files = cJSON_AddArrayToObject(object, "files");
-  for (size_t n = 0; n < RUN_FILES_MAX; n++)
+  for (size_t n = 0; n < sizeof names / sizeof names[0]; n++)
     if (names[n] != NULL)
       json_add_string(files, names[n]);
-}
-
-static void print_files(const driver_body *body) {
-  const char *names[RUN_FILES_MAX];
-  list_files(body, names);
-  printf("files        %s/%s", body->figures.request->run_path, names[0]);
-
-  // the first is there always
-  for (size_t n = 1; n < RUN_FILES_MAX; n++)
-    if (names[n] != NULL)
-      printf(", %s", names[n]);
-  puts("");
 }
 
 /* Fallback levels of the fallback chain (design 8), and what the stability monitor of imexv found
@@ -345,111 +325,101 @@ cJSON *simulate_report_json(const driver_body *body) {
 /* Why a run has no drift. */
 static const char *no_drift(const simulate_figures *figures) {
   if (figures->report.steps < figures->request->steps)
-    return "- (the run ended early)";
+    return "the run ended early";
   if (figures->request->def.damping_alpha > 0 || figures->request->def.damping_beta > 0)
-    return "- (only of motion without damping)";
+    return "only of motion without damping";
   if (figures->plastic_work > 0)
-    return "- (only of motion without plastic flow)";
+    return "only of motion without plastic flow";
   if (figures->windows.last_end == 0)
-    return "- (needs 100 rows after the loads have ended)";
-  return "- (no energy to compare with)";
+    return "needs 100 rows after the loads have ended";
+  return "no energy to compare with";
 }
 
-static void print_drift(const simulate_figures *figures) {
-  if (isfinite(figures->drift)) {
-    printf("drift        %.2e of the mean energy, first to last tenth of the free motion\n",
-           figures->drift);
-  } else {
-    printf("drift        %s\n", no_drift(figures));
-  }
-}
+#define FLOW "{work.plastic_j:.6g} J taken by the flow, plastic strain up to {plastic_strain:.3g}"
 
-/* How far a condensed run can be believed; at rest there is no energy to be wrong. */
-static void print_condensed(const simulate_figures *figures) {
-  const bool stepped = figures->request->def.integrator == THRUM_INTEGRATOR_MANIFOLD;
-  printf("condensed    %" PRId64 " of %d coordinates stepped; %.2g %% of the kinetic energy %s",
-         figures->masters, (int)figures->model->rank, 100 * figures->inertia_share,
-         stepped ? "in what follows" : "left out");
-  if (isfinite(figures->energy_defect))
-    printf(", %.2g %% of the strain energy wrong", 100 * figures->energy_defect);
-  printf(", %.2g %% of the motion is vibration left out", 100 * figures->vibration_share);
-  if (figures->impact_share > 0)
-    printf(", %.2g %% of it is off after impacts", 100 * figures->impact_share);
-  printf("\n");
-}
+static const report_line before[] = {
+    REPORT_LINE("{options.full?full order|integrator}",
+                "{stepped_by}, dt {dt:g} s, {explicit_modes} explicit and {implicit_modes} "
+                "implicit {options.full?components|modes}"),
+    REPORT_LINE("steps",
+                "{steps} ({simulated_s:g} s)[, {us_per_step:.2f} us and {mean_iterations:.2f} "
+                "iterations a step]"),
+    REPORT_LINE("material", "{law}, flows beyond the yields of regions: " FLOW,
+                .when = "flows=by region"),
+    REPORT_LINE("material", "{law}, flows beyond a strain of {options.yield:g}: " FLOW,
+                .when = "flows=by yield"),
+    REPORT_LINE("material", "{law}, which does not flow", .when = "flows=no"),
 
-/* Damping of the unreduced mesh is not counted, and what has no figure is not printed as one. */
-static void print_work(const simulate_figures *figures) {
-  printf("work         %.6g of the loads, %.6g of the base, ", figures->work_load,
-         figures->work_base);
-  if (isnan(figures->dissipated))
-    puts("dissipation by damping not counted with --full");
-  else
-    printf("%.6g J dissipated\n", figures->dissipated);
-}
+    // how far a condensed run can be believed; at rest there is no energy to be wrong
+    REPORT_LINE("condensed", "{condensed.masters} of {rank} coordinates stepped; "
+                             "{condensed.inertia_share:.2g%} of the kinetic "
+                             "energy {integrator=manifold?in what follows|left out}"
+                             "[, {condensed.energy_defect:.2g%} of the strain energy wrong], "
+                             "{condensed.vibration_share:.2g%} of "
+                             "the motion is vibration left out{condensed.impact_share?, "
+                             "{condensed.impact_share:.2g%} of it is off after impacts}"),
 
-/* The law of the material, and how much of it has flowed. */
-static void print_material(const simulate_figures *figures) {
+    // the headline names the integrator asked for, so a run that another one stepped says so
+    REPORT_LINE("switched",
+                "{stability.switched_steps} of these steps were the energy integrator's, to which "
+                "{integrator} switched "
+                "when its energy drifted",
+                .when = "stability.switched_steps"),
+    REPORT_LINE(
+        "spurious",
+        "{energy_solves.spurious_j:.3g} J between slow and fast modes by corrections that were not "
+        "verified, "
+        "estimated; the tolerance was tightened {energy_solves.tightened} "
+        "time{energy_solves.tightened#|s}",
+        .when = "energy_solves.tightened"),
+
+    // where the energy went; damping of the unreduced mesh is not counted
+    REPORT_LINE("energy",
+                "first {energy_first_j:.6g}, last {energy_last_j:.6g}, least {energy_min_j:.6g}, "
+                "most {energy_max_j:.6g} J"),
+    REPORT_LINE("work",
+                "{work.load_j:.6g} of the loads, {work.base_j:.6g} of the base, "
+                "{work.dissipated_j=null?dissipation by damping not counted with "
+                "--full|{work.dissipated_j:.6g} J dissipated}",
+                .when = "driven"),
+    REPORT_LINE("spin", "{spin_last_deg_s:.6g} degrees/s about the axes of the world at the end"),
+    REPORT_LINE(
+        "drift",
+        "{no_drift?- ({no_drift})|{drift:.2e} of the mean energy, first to last tenth of the "
+        "free motion}"),
+
+    // and where the body went
+    REPORT_LINE("peak", "{peak_displacement_m:.6g} m at vertex {peak_vertex}"),
+    {0}};
+
+static const report_line behind[] = {
+    REPORT_LINE("status", "{status}"), REPORT_LINE("files", "{run}/{files}"), {0}};
+
+/* How the material flows, where a run says so: all but those of the usual law without a yield. */
+static const char *flows(const simulate_figures *figures) {
   const simulate_request *request = figures->request;
-  const thrum_law law = law_of_run(request->law_given, request->law, figures->model);
-  const bool own = law == THRUM_LAW_BY_REGION && thrum_law_has_yield(figures->model);
-  printf("material     %s", thrum_law_name(law));
-  if (own)
-    printf(", flows beyond the yields of regions: %.6g J taken by the flow, plastic strain up to "
-           "%.3g\n",
-           figures->plastic_work, figures->plastic_strain);
-  else if (isinf(request->def.plastic.yield))
-    puts(", which does not flow");
-  else
-    printf(", flows beyond a strain of %g: %.6g J taken by the flow, plastic strain up to %.3g\n",
-           request->def.plastic.yield, figures->plastic_work, figures->plastic_strain);
+  const bool yields = thrum_law_has_yield(figures->model);
+  if (!request->full && isinf(request->def.plastic.yield) && !yields)
+    return NULL;
+  if (yields && law_of_run(request->law_given, request->law, figures->model) == THRUM_LAW_BY_REGION)
+    return "by region";
+  return isinf(request->def.plastic.yield) ? "no" : "by yield";
 }
 
-void simulate_report_table(const driver_body *body) {
+void simulate_report_table(const driver_body *body, const cJSON *report) {
   const simulate_figures *figures = &body->figures;
-  const thrum_state_report *report = &figures->report;
   const simulate_request *request = figures->request;
-  char stepped_by[128];
-  simulate_figures_stepped_by(figures, stepped_by);
-  printf(request->full ? "full order   %s, dt %g s, %d explicit and %d implicit components\n"
-                       : "integrator   %s, dt %g s, %d explicit and %d implicit modes\n",
-         stepped_by, request->def.dt, (int)report->explicit_modes, (int)report->implicit_modes);
-  printf("steps        %" PRId64 " (%g s)", report->steps, report->time);
-  if (report->steps > 0) {
-    printf(", %.2f us and %.2f iterations a step", per_step(figures, 1e6 * figures->seconds_step),
-           per_step(figures, (double)report->iterations));
-  }
-  puts("");
+  const bool driven = request->load_count > 0 || request->base_motion_count > 0;
+  cJSON *more = cJSON_CreateObject();
+  json_string(more, "flows", flows(figures));
+  cJSON_AddBoolToObject(more, "driven", driven);
+  json_string(more, "no_drift", isfinite(figures->drift) ? NULL : no_drift(figures));
 
-  if (request->full || !isinf(request->def.plastic.yield) || thrum_law_has_yield(figures->model))
-    print_material(figures);
-  if (figures->masters > 0)
-    print_condensed(figures);
-
-  // the headline names the integrator asked for, so a run that another one stepped says so
-  if (report->switched_steps > 0)
-    printf("switched     %" PRId64
-           " of these steps were the energy integrator's, to which %s switched "
-           "when its energy drifted\n",
-           report->switched_steps, thrum_integrator_name(request->def.integrator));
-
-  if (report->tightened > 0)
-    printf("spurious     %.3g J between slow and fast modes by corrections that were not verified, "
-           "estimated; the tolerance was tightened %" PRId64 " times\n",
-           report->spurious, report->tightened);
-  printf("energy       first %.6g, last %.6g, least %.6g, most %.6g J\n", figures->first.total,
-         figures->last.total, figures->energy_min, figures->energy_max);
-  if (request->load_count > 0 || request->base_motion_count > 0)
-    print_work(figures);
-  if (simulate_spins(request))
-    printf("spin         %.6g, %.6g, %.6g degrees/s about the axes of the world at the end\n",
-           figures->spin[0], figures->spin[1], figures->spin[2]);
-  print_drift(figures);
-  if (figures->peak_vertex >= 0)
-    printf("peak         %.6g m at vertex %" PRId64 "\n", figures->peak, figures->peak_vertex + 1);
+  // what has words of its own stands between
+  report_print(report, more, REPORT_LABEL, before);
   run_probes_table(&body->probes);
-  simulate_measures_table(&body->measures, figures->report.time);
+  simulate_measures_table(&body->measures, report, figures->report.time);
   against_mesh_print(&figures->against, request);
-  printf("status       %s\n", simulate_status_name(figures));
-  print_files(body);
+  report_print(report, more, REPORT_LABEL, behind);
+  cJSON_Delete(more);
 }

@@ -17,6 +17,7 @@ cJSON *simulate_options_json(const simulate_request *request);
 /* Adds "condensed": how far a condensed model can be believed; null for any other. */
 void simulate_report_condensed(cJSON *object, const simulate_figures *figures);
 
-void simulate_report_table(const driver_body *body);
+/* The table that is made of that object. */
+void simulate_report_table(const driver_body *body, const cJSON *report);
 
 #endif

@@ -142,9 +142,9 @@ static thrum_status report(driver_run *run, double began, thrum_error *error) {
     json_print(object);
     return status;
   }
-  cJSON_Delete(object);
   if (status >= 0)
-    simulate_report_table(body);
+    simulate_report_table(body, object);
+  cJSON_Delete(object);
   return status;
 }
 

@@ -12,7 +12,6 @@
 
 #include "config/message.h"
 #include "core/base/vec3.h"
-#include "driver/spec/percent.h"
 #include "io/file.h"
 #include "io/json.h"
 #include "platform/allocate.h"
@@ -293,22 +292,17 @@ void static_forces_json(const static_forces *forces, cJSON *object) {
   }
 }
 
-static void print_resultant(const char *name, const static_resultant *sum) {
-  printf("%s%.6g, %.6g, %.6g N; %.6g, %.6g, %.6g N m about the origin (%" PRId64 " vertices)\n",
-         name, sum->force[0], sum->force[1], sum->force[2], sum->moment[0], sum->moment[1],
-         sum->moment[2], sum->vertices);
-}
-
-void static_forces_table(const static_forces *forces) {
-  if (!forces->known || forces->held.vertices == 0)
-    return;
-  print_resultant("reaction     ", &forces->held);
-  for (int64_t n = 0; n < forces->group_count; n++) {
-    char name[80];
-    snprintf(name, sizeof name, "  at %.60s: ", forces->groups[n].name);
-    print_resultant(name, &forces->groups[n].sum);
-  }
-  char share[PERCENT_MAX];
-  printf("balance      %s %% of the forces that act is left over by loads and reactions\n",
-         percent_text(static_forces_left(forces), share));
-}
+const report_line static_forces_lines[] = {
+    REPORT_LINE("reaction",
+                "{reactions.force_n:.6g} N; {reactions.moment_nm:.6g} N m about the origin "
+                "({reactions.vertices} "
+                "vertices)",
+                .when = "reactions.vertices"),
+    REPORT_LINE("  at {target}:",
+                "{force_n:.6g} N; {moment_nm:.6g} N m about the origin ({vertices} vertices)",
+                .when = "reactions.vertices", .each = "reactions.groups"),
+    REPORT_LINE(
+        "balance",
+        "{reactions.imbalance_share:%} of the forces that act is left over by loads and reactions",
+        .when = "reactions.vertices"),
+    {0}};

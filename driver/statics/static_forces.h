@@ -6,6 +6,7 @@
 #include <cjson/cJSON.h>
 
 #include "driver/statics/static_options.h"
+#include "io/report.h"
 
 /* Forces on some vertices, and their moment about the origin where the vertices are now. */
 typedef struct static_resultant {
@@ -67,7 +68,7 @@ void static_forces_warn(const static_request *request, const static_forces *forc
 /* Adds "reactions" and "inverted_tets" to the object, null where they are not known. */
 void static_forces_json(const static_forces *forces, cJSON *object);
 
-/* Lines of the table. */
-void static_forces_table(const static_forces *forces);
+/* The lines of a table about them. */
+extern const report_line static_forces_lines[];
 
 #endif

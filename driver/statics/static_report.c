@@ -3,15 +3,14 @@
 #include "driver/statics/static_report.h"
 
 #include <cjson/cJSON.h>
-#include <inttypes.h>
 #include <math.h>
 #include <stdint.h>
-#include <stdio.h>
 
 #include "driver/model/locking.h"
 #include "driver/spec/shared_options.h"
 #include "driver/spec/static_solve.h"
 #include "io/json.h"
+#include "io/report.h"
 #include "runtime/material/material_law.h"
 #include "thrum/thrum.h"
 
@@ -96,7 +95,7 @@ static void add_files(cJSON *object, const static_request *request) {
       cJSON_AddItemToArray(list, cJSON_CreateString(files[n]));
 }
 
-void static_report_json(const static_answer *answer) {
+static cJSON *make_report(const static_answer *answer) {
   const static_request *request = answer->request;
   const thrum_equilibrium_report *report = &answer->report;
   cJSON *object = json_report("static", static_status_name(answer));
@@ -170,104 +169,85 @@ void static_report_json(const static_answer *answer) {
     json_number(object, "components", (double)answer->components);
   add_files(object, request);
   json_number(object, "seconds", answer->seconds);
-  json_print(object);
+  return object;
 }
 
-/* The load at which the path lost its stability, and how well it is known. */
-static void print_critical(const static_answer *answer) {
-  const thrum_equilibrium_report *report = &answer->report;
-  if (report->instability == THRUM_INSTABILITY_NONE) {
-    printf("critical     none up to %g of the load; softest at %.6g of it (%.6g Hz)\n",
-           report->factor, report->softest_factor, static_hertz(report->softest));
-  } else {
-    printf("critical     %.9g of the load: a %s%s\n", report->critical,
-           instabilities[report->instability],
-           report->jumps > 0 ? "; the body then fell to another equilibrium" : "");
-  }
-  if (isfinite(answer->critical_from))
-    printf("found        between %.9g and %.9g; at the former the least stiffness is %.1e of "
-           "that at the start\n",
-           answer->critical_from, answer->critical_to, answer->critical_share);
-  if (isfinite(answer->critical_mesh))
-    printf("mesh         critical at about %.4g of the load, by its stiffness before\n",
-           answer->critical_mesh);
-  if (isfinite(answer->lost_at))
-    printf("branch       followed to %.6g of the load; what is beyond may be another one\n",
-           answer->lost_at);
-}
+static const report_line before[] = {
+    // how the search went
+    REPORT_LINE("load", "{factor:g} of what is given, {load_steps} steps ({cut_steps} cut), "
+                        "{iterations} iterations, "
+                        "residual {residual:.1e}"),
+    REPORT_LINE("full order", "{components} components, {seconds:.3g} s"),
 
-static void print_stability(const static_answer *answer) {
-  const thrum_equilibrium_report *report = &answer->report;
-  if (!static_was_watched(answer)) {
-    printf("stability    %s\n", report->least < 0 ? "unstable" : "stable");
+    // where the body came to rest
+    REPORT_LINE(
+        "energy",
+        "{energy_j:.6g} J in the body"
+        "{load_energy_j=null?; loads that turn have none|, {load_energy_j:.6g} J of the load}"),
+    REPORT_LINE("displaced", "{at}: {mean_m:.6g} m", .each = "displacements"),
+    REPORT_LINE("peak", "{peak_displacement_m:.6g} m at vertex {peak_vertex}"),
+    {0}};
+
+static const report_line behind[] = {
+    // whether it stays there; the softest vibration tells how far the body is from buckling
+    REPORT_LINE("monitor",
+                "least stretch {monitor.least_stretch:.3f} (warns below 0.577{full? with StVK})"),
+    REPORT_LINE("stability", "{stable?stable|unstable}", .when = "!watched"),
+    REPORT_LINE(
+        "stability",
+        "stable; softest vibration {frequency_hz:.6g} Hz, at rest {frequency_rest_hz:.6g} Hz",
+        .when = "watched"),
+    REPORT_LINE("stability",
+                "unstable: the least eigenvalue of the tangent is {least_eigenvalue:.6g} /s^2",
+                .when = "lost_watched"),
+
+    // a critical load that was passed on the way, and how well it is known
+    REPORT_LINE("critical",
+                "none up to {factor:g} of the load; softest at {softest_factor:.6g} of it "
+                "({softest_hz:.6g} "
+                "Hz)",
+                .when = "instability=none"),
+    REPORT_LINE("critical",
+                "{critical_factor:.9g} of the load: a {instability}"
+                "{jumps?; the body then fell to another equilibrium}",
+                .when = "!instability=none"),
+    REPORT_LINE(
+        "found",
+        "between {critical_factor_from:.9g} and {critical_factor_to:.9g}; at the former the "
+        "least stiffness is "
+        "{critical_residual:.1e} of that at the start"),
+    REPORT_LINE(
+        "mesh",
+        "critical at about {critical_factor_mesh:.4g} of the load, by its stiffness before"),
+    REPORT_LINE("branch",
+                "followed to {lost_factor:.6g} of the load; what is beyond may be another one"),
+    REPORT_LINE("estimate",
+                "{critical_factor_linear:.6g} of the load would be critical, linearly from rest"),
+    REPORT_LINE("status", "{status}"),
+    REPORT_LINE("files", "{files}", .when = "files"),
+    {0}};
+
+void static_report_print(const static_answer *answer, bool json) {
+  cJSON *report = make_report(answer);
+  if (json) {
+    json_print(report);
     return;
   }
 
-  // the softest vibration tells how far the body is from buckling
-  if (report->least >= 0) {
-    printf("stability    stable; softest vibration %.6g Hz, at rest %.6g Hz\n",
-           static_hertz(report->least), static_hertz(least_at_rest(answer)));
-  } else {
-    printf("stability    unstable: the least eigenvalue of the tangent is %.6g /s^2\n",
-           report->least);
-  }
+  // what the lines hang on beside the report
+  const thrum_equilibrium_report *found = &answer->report;
+  const bool watched = static_was_watched(answer);
+  cJSON *more = cJSON_CreateObject();
+  cJSON_AddBoolToObject(more, "full", answer->request->full);
+  cJSON_AddBoolToObject(more, "watched", watched);
+  cJSON_AddBoolToObject(more, "lost_watched", watched && found->least < 0);
+  json_number(more, "softest_hz", static_hertz(found->softest));
 
-  // a critical load that was passed on the way
-  print_critical(answer);
-  if (isfinite(report->critical_linear))
-    printf("estimate     %.6g of the load would be critical, linearly from rest\n",
-           report->critical_linear);
-}
-
-void static_report_table(const static_answer *answer) {
-  const static_request *request = answer->request;
-  const thrum_equilibrium_report *report = &answer->report;
-
-  // how the search went
-  printf("load         %g of what is given, %d steps (%d cut), %d iterations, residual %.1e\n",
-         report->factor, (int)report->load_steps, (int)report->cut_steps, (int)report->iterations,
-         report->residual);
-  if (request->full)
-    printf("full order   %" PRId64 " components, %.3g s\n", answer->components, answer->seconds);
-
-  // where the body came to rest
-  if (isfinite(report->load_energy))
-    printf("energy       %.6g J in the body, %.6g J of the load\n", report->energy,
-           report->load_energy);
-  else
-    printf("energy       %.6g J in the body; loads that turn have none\n", report->energy);
-  for (int64_t n = 0; n < request->target_count; n++) {
-    const double *mean = answer->displaced[n];
-    printf("displaced    %s: %.6g, %.6g, %.6g m\n", request->at[n], mean[0], mean[1], mean[2]);
-  }
-  if (answer->peak_vertex >= 0)
-    printf("peak         %.6g m at vertex %" PRId64 "\n", answer->peak, answer->peak_vertex + 1);
-
-  static_forces_table(&answer->forces);
-  if (answer->stress.peak_node >= 0 && answer->stress.nodes != NULL) {
-    node_stress_print(&answer->stress);
-    puts("");
-  }
-
-  if (request->full && !isnan(answer->belief.stretch))
-    printf("monitor      least stretch %.3f (warns below 0.577 with StVK)\n",
-           answer->belief.stretch);
-  if (!request->full && !isnan(answer->belief.stretch))
-    printf("monitor      least stretch %.3f (warns below 0.577)\n", answer->belief.stretch);
+  // the error of the basis has words of its own
+  report_print(report, more, REPORT_LABEL, before);
+  report_print(report, more, REPORT_LABEL, static_forces_lines);
+  report_print(report, more, REPORT_LABEL, node_stress_lines);
   if (answer->belief.judged)
     basis_estimate_print(&answer->belief.error, NULL, "shape");
-
-  // whether it stays there
-  print_stability(answer);
-  printf("status       %s\n", static_status_name(answer));
-  const char *const files[] = {request->output, request->field, request->frame, request->path,
-                               request->reactions};
-  const char *before = "files        ";
-  for (int n = 0; n < 5; n++)
-    if (files[n] != NULL) {
-      printf("%s%s", before, files[n]);
-      before = ", ";
-    }
-  if (before[0] == ',')
-    puts("");
+  report_end(report, more, REPORT_LABEL, behind);
 }

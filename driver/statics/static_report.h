@@ -57,7 +57,7 @@ vtu_stress static_stress_frame(const node_stress *stress);
 /* Was the stability of the path looked at? */
 bool static_was_watched(const static_answer *answer);
 
-void static_report_json(const static_answer *answer);
-void static_report_table(const static_answer *answer);
+/* Prints the answer as an object, or as the table that is made of it. */
+void static_report_print(const static_answer *answer, bool json);
 
 #endif

@@ -9,7 +9,7 @@
 
 #include <cmocka.h>
 
-#include "driver/spec/percent.h"
+#include "io/percent.h"
 #include "tests/support/sanitized.h"
 #include "tests/support/test_folder.h"
 

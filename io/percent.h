@@ -1,7 +1,7 @@
 /* Shares as they are told: in per cent, with two digits and no exponent.
  * SPDX-License-Identifier: Apache-2.0 */
-#ifndef THRUM_DRIVER_SPEC_PERCENT_H
-#define THRUM_DRIVER_SPEC_PERCENT_H
+#ifndef THRUM_IO_PERCENT_H
+#define THRUM_IO_PERCENT_H
 
 #include <stdio.h>
 
