@@ -558,8 +558,8 @@ static void print_touch(const info *about) {
     return;
   print_line(
       "touch modes",
-      "%.0f: pulls are followed by %.0f %% at least, %.0f %% in the mean; without them by %.0f "
-      "and %.0f %%\n",
+      "%.0f: in the mean over directions pulls are followed by %.0f %% at least, %.0f %% in the "
+      "mean of places; without them by %.0f and %.0f %%\n",
       meta_number(about, "touch", "modes"), percent_of(after, "worst"), percent_of(after, "mean"),
       percent_of(before, "worst"), percent_of(before, "mean"));
 }

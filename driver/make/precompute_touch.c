@@ -112,6 +112,8 @@ void touch_coverage_json(cJSON *object, const char *key, const thrum_touch_cover
   cJSON *item = cJSON_AddObjectToObject(object, key);
   json_number(item, "worst", coverage->worst);
   json_number(item, "mean", coverage->mean);
+  json_number(item, "worst_direction", coverage->direction);
+  json_number(item, "worst_direction_vertex", coverage->direction_vertex + 1);
   if (at != NULL) {
     json_number(item, "vertex", coverage->vertex + 1);
     json_numbers(item, "at_m", at, 3);
@@ -121,8 +123,9 @@ void touch_coverage_json(cJSON *object, const char *key, const thrum_touch_cover
 }
 
 void touch_coverage_print(const thrum_touch_coverage *coverage, const double at[3]) {
-  printf("pulls are followed by %.0f %% at least (vertex %" PRId32 ", at %.3g, %.3g, %.3g m), "
-         "%.0f %% in the mean of %" PRId64 " places",
+  printf("in the mean over directions pulls are followed by %.0f %% at least (vertex %" PRId32
+         ", at %.3g, %.3g, %.3g m), by %.0f %% in the mean of %" PRId64 " places; in the worst "
+         "direction by %.0f %% (vertex %" PRId32 ")",
          100 * coverage->worst, coverage->vertex + 1, at[0], at[1], at[2], 100 * coverage->mean,
-         coverage->places);
+         coverage->places, 100 * coverage->direction, coverage->direction_vertex + 1);
 }

@@ -34,7 +34,8 @@ thrum_status precompute_touch(const precompute_task *task, touch_outcome *outcom
 
 void precompute_touch_free(touch_outcome *outcome); /* a zeroed one is fine */
 
-/* Adds how a model follows pulls to a JSON object: worst, mean, the place of the worst, counts. */
+/* Adds how a model follows pulls to a JSON object: worst, mean, the worst
+ * direction, the place of the worst, counts. */
 void touch_coverage_json(cJSON *object, const char *key, const thrum_touch_coverage *coverage,
                          const double at[3]);
 

@@ -21,6 +21,7 @@
 #include "platform/threads.h"
 #include "precompute/model/model_statics.h"
 #include "precompute/model/touch_places.h"
+#include "runtime/material/jacobi.h"
 
 #define PLACES 480       /* that shapes are made for: the whole surface where it has no more */
 #define JUDGES 96        /* places between these, which only judge */
@@ -145,6 +146,51 @@ const thrum_model_statics *thrum_touch_statics(const thrum_touch *touch) {
 /* --- judging -----------------------------------------------------------------------------------
  */
 
+/* A place's block of a symmetric matrix of all forces, of which the upper triangle is there. */
+static void copy_block(const thrum_touch *t, const double *matrix, int64_t place, double into[9]) {
+  for (int row = 0; row < 3; row++)
+    for (int column = row; column < 3; column++)
+      into[3 * row + column] = into[3 * column + row] =
+          matrix[(3 * place + column) * t->forces + 3 * place + row];
+}
+
+/* The least share by which a place is followed in one direction. Among the principal directions of
+ * its compliance that give at least `stiff` it lacks the largest eigenvalue of R, scaled by the
+ * roots of the gives. */
+static double follows_least(const thrum_touch *t, int64_t place, double stiff) {
+  double give[9], lacks[9], axes[9], scaled[9] = {0}, unused[9];
+  copy_block(t, t->compliance, place, give);
+  copy_block(t, t->rest, place, lacks);
+  thrum_jacobi(3, give, axes);
+  for (int a = 0; a < 3; a++)
+    for (int b = 0; b < 3; b++) {
+      if (give[4 * a] < stiff || give[4 * b] < stiff)
+        continue;
+      for (int n = 0; n < 9; n++)
+        scaled[3 * a + b] += axes[n / 3 * 3 + a] * lacks[n] * axes[n % 3 * 3 + b];
+      scaled[3 * a + b] /= sqrt(give[4 * a] * give[4 * b]);
+    }
+  thrum_jacobi(3, scaled, unused);
+  return 1 - fmax(scaled[0], fmax(scaled[4], scaled[8]));
+}
+
+/* Finds in which direction of all judged places the model follows least. */
+static void judge_directions(const thrum_touch *t, thrum_touch_coverage *coverage) {
+  double softest = 0;
+  for (int64_t place = 0; place < t->places.count; place++)
+    softest = fmax(softest, t->give[place]);
+  coverage->direction = INFINITY;
+  for (int64_t place = 0; place < t->places.count; place++) {
+    if (t->give[place] < STIFF * softest)
+      continue;
+    const double least = follows_least(t, place, STIFF * softest / 3);
+    if (least >= coverage->direction)
+      continue;
+    coverage->direction = least;
+    coverage->direction_vertex = t->places.middle[place];
+  }
+}
+
 /* Finds from R how well each place is followed. */
 static void judge(thrum_touch *t, thrum_touch_coverage *coverage) {
   double softest = 0;
@@ -192,6 +238,7 @@ void thrum_touch_measure(thrum_touch *touch, const thrum_model *model,
   const thrum_threads before = thrum_threads_set(1);
   remove_basis(touch, model);
   judge(touch, coverage);
+  judge_directions(touch, coverage);
   thrum_threads_restore(before);
 }
 

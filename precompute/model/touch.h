@@ -21,6 +21,12 @@ typedef struct thrum_touch_coverage {
   double worst;   /* least share of the give that the model follows a judged place by [1], */
   double mean;    /* and the mean of them */
   int32_t vertex; /* 0-based, in the middle of the worst */
+
+  /* Least share in any one direction of a judged place, among those along which it gives at least a
+   * hundredth of what the softest place gives in the mean: below `worst`, which is a mean over
+   * directions; and the place. */
+  double direction;
+  int32_t direction_vertex;
 } thrum_touch_coverage;
 
 /* Finds places on the surface of the model's body, which must stay, and solves for them; 1440

@@ -180,8 +180,9 @@ static void check_touch(const char *option, bool follow) {
   cJSON *plain = info("beam.npz", "--touch", NULL), *stored = info("touch.npz", NULL, NULL);
   cJSON *measured = info("touch.npz", "--touch", NULL);
   assert_true(json_value(measured, "rank") == 8 + json_value(touch, "modes"));
-  const char *const keys[] = {"worst", "mean", "vertex", "places", "stiff_places"};
-  for (int k = 0; k < 5; k++) {
+  const char *const keys[] = {"worst",  "mean",   "worst_direction",
+                              "vertex", "places", "stiff_places"};
+  for (int k = 0; k < 6; k++) {
     const double value = json_value(after, keys[k]);
     assert_true(near(json_value(cJSON_GetObjectItem(stored, "touch"), keys[k]), value, 1e-14));
     assert_true(near(json_value(cJSON_GetObjectItem(measured, "touch"), keys[k]), value, 1e-9));

@@ -38,6 +38,7 @@ static void a_basis_of_all_coordinates_follows_every_pull(void **state) {
   thrum_touch_coverage coverage;
   thrum_touch_measure(touch, &whole.model, &coverage);
   assert_true(fabs(coverage.worst - 1) < 1e-9 && fabs(coverage.mean - 1) < 1e-9);
+  assert_true(fabs(coverage.direction - 1) < 1e-9);
   assert_int_equal(coverage.places + coverage.stiff, 8);
 
   thrum_touch_free(touch);
@@ -74,6 +75,38 @@ static void the_worst_place_is_followed_as_the_share_of_its_loads_says(void **st
   }
   assert_true(fabs(coverage.worst - shown / whole) < 1e-9);
 
+  thrum_touch_free(touch);
+  thrum_precomputed_free(&made);
+  body_free(&b);
+}
+
+/* No direction at the place of the worst direction is followed by less than is said of it, and one
+ * is by hardly more: the shares of many directions are those that single loads have. */
+static void the_worst_direction_is_the_least_of_many_at_its_place(void **state) {
+  (void)state;
+  body b = body_make("beam:6x2x2@1x0.5x0.5", "x<0.001");
+  thrum_precomputed made = make_model(&b, 4, 8, NULL, 0);
+  thrum_touch *touch = make_touch(&made.model);
+  thrum_touch_coverage coverage;
+  thrum_touch_measure(touch, &made.model, &coverage);
+  assert_true(coverage.direction < coverage.worst);
+
+  // directions over half a sphere, twelve degrees apart at most
+  double least = INFINITY;
+  double *forces = need((size_t)(3 * made.model.vertex_count), sizeof *forces);
+  for (int k = 0; k < 400; k++) {
+    const double up = (k + 0.5) / 400, turn = 2.399963229728653 * k, out = sqrt(1 - up * up);
+    double *force = forces + 3 * coverage.direction_vertex;
+    force[0] = out * cos(turn);
+    force[1] = out * sin(turn);
+    force[2] = up;
+    thrum_load_share share;
+    assert_int_equal(thrum_load_share_measure(&made.model, 1, forces, &share, NULL), THRUM_OK);
+    least = fmin(least, 1 - share.statics * share.statics);
+  }
+  assert_true(least > coverage.direction - 1e-9 && least < coverage.direction + 0.05);
+
+  free(forces);
   thrum_touch_free(touch);
   thrum_precomputed_free(&made);
   body_free(&b);
@@ -228,6 +261,7 @@ int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_basis_of_all_coordinates_follows_every_pull),
       cmocka_unit_test(the_worst_place_is_followed_as_the_share_of_its_loads_says),
+      cmocka_unit_test(the_worst_direction_is_the_least_of_many_at_its_place),
       cmocka_unit_test(touch_modes_let_every_place_of_a_held_body_follow),
       cmocka_unit_test(touch_modes_let_every_place_of_a_free_body_follow),
       cmocka_unit_test(touch_modes_that_follow_a_held_body_give_its_static_answer),
