@@ -195,6 +195,7 @@ cJSON *view_archive_scene_of_run(const scene_run *run, const int64_t *of_body) {
     json_string(scene, "title", spec->title);
 
   json_number(scene, "dt", def->dt);
+  cJSON_AddBoolToObject(scene, "own_dt", true);
   cJSON_AddStringToObject(scene, "integrator", thrum_integrator_name(def->integrator));
   json_numbers(scene, "gravity", spec->gravity, 3);
   json_number(scene, "damping", def->damping_alpha);

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 import { INTEGRATOR_NAMES } from './engine.js';
 import { GRADIENT, QUANTITIES, quantitiesOf } from './colours.js';
+import { coarseText } from './coarse_step.js';
 import { quantityText } from './numbers.js';
 import { isComposed } from './scenes.js';
 import { drawSplit } from './plot.js';
@@ -118,15 +119,17 @@ export class Panel {
 
   /** Modes of the first body: how many are stepped explicitly, how fast they are and how fast they are
    * stepped; whether it has switched to the energy integrator or gained energy by itself, and how many
-   * of its steps needed more than quasi-Newton. */
+   * of its steps needed more than quasi-Newton; and of a coarse step what `thrum simulate` says. */
   showSplit() {
-    const { engine } = this.world;
+    const { engine, settings } = this.world;
     const { explicit, implicit, fallbacks, switched, firstSwitch, grown } = engine.report(0);
     const by = switched ? `, switched to energy after step ${firstSwitch}` : '';
     const lost = grown > 0 ? ', lost: its energy grew by itself' : '';
     const helped = fallbacks > 0 ? `, ${fallbacks} steps fell back` : '';
-    find('split-text').textContent = `${explicit} explicit, ${implicit} implicit${by}${lost}${helped}`;
-    drawSplit(find('split'), engine.frequencies(0), engine.steppedFrequencies(0), explicit);
+    const frequencies = engine.frequencies(0);
+    const coarse = coarseText(frequencies.find((f) => f > 0), settings);
+    find('split-text').textContent = `${explicit} explicit, ${implicit} implicit${by}${lost}${helped}${coarse}`;
+    drawSplit(find('split'), frequencies, engine.steppedFrequencies(0), explicit);
   }
 
   /** What the colours stand for, up to the largest value since the beginning. */

@@ -96,7 +96,7 @@ function sceneOf(file, models, of, found) {
     if (!motion) throw new BeyondPage(`base_motion: this page does not read "${text}"`);
     return motion;
   });
-  const scene = { title, dt, integrator, gravity, damping: alphaOf(given.damping), base_motion, obstacles: [] };
+  const scene = { title, dt, own_dt: true, integrator, gravity, damping: alphaOf(given.damping), base_motion, obstacles: [] };
   scene.bodies = bodies.map((body, n) => bodyOf(body, n, models, of, scene, collide, found[of[n]] !== undefined));
   if (file.wind) scene.wind = withFallbacks(file.wind, 'wind');
   if ((collide && bodies.length > 1) || bodies.some((body) => body.self_contact)) {

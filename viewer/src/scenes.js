@@ -1,6 +1,7 @@
 // Which bodies stand where: the scene of the pack, one model alone, or copies of it side by
 // side. All are of the pack's form (docs/viewer.md).
 // SPDX-License-Identifier: Apache-2.0
+import { fittingStep } from './coarse_step.js';
 
 /** What copies of a scene are stepped by, and how their curves are drawn, so that they are told apart in grey, too.
  * @typedef {{name: string, colour: string, dash: number[], change: (body: object) => object}} Copy */
@@ -22,7 +23,7 @@ export function isComposed({ scene, recording }) {
   return recording !== undefined || scene.bodies.length > 1 || scene.obstacles.length > 0 || scene.links?.length > 0;
 }
 
-/** One model by itself, under the pack's gravity, step and damping.
+/** One model by itself, under the pack's gravity and damping, and with its step, which is made to fit where no scene file gave it.
  * @param {import('./pack.js').Pack} pack @param {number} model */
 export function aloneScene(pack, model) {
   const given = pack.scene.bodies.find((body) => body.model === model);
@@ -30,8 +31,9 @@ export function aloneScene(pack, model) {
     name: pack.models[model].name, model, position: [0, 0, 0], rotation: [1, 0, 0, 0], scale: 1,
     stiffness: 1, density: 1, colour: '#4a86c5', ...given,
   };
+  const dt = pack.scene.own_dt ? pack.scene.dt : fittingStep(pack.models[model], pack.scene.dt);
   return {
-    ...pack.scene, obstacles: [], collisions: undefined, links: [], bodies: [{ ...body, position: [0, 0, 0] }],
+    ...pack.scene, dt, obstacles: [], collisions: undefined, links: [], bodies: [{ ...body, position: [0, 0, 0] }],
   };
 }
 
