@@ -81,6 +81,31 @@ static void a_constant_acceleration_is_a_parabola(void **state) {
   assert_true(fabs(position[0] - (9 + 6)) <= 1e-13 && fabs(velocity[0] - 6) <= 1e-13);
 }
 
+/* An acceleration that changes evenly over each interval: velocity and position are polynomials of
+ * degree two and three, here 3 t - t^2 and 3/2 t^2 - t^3 / 3 up to t = 3, and uniform motion after.
+ */
+static void a_changing_acceleration_is_a_cubic(void **state) {
+  (void)state;
+  static const double t[4] = {0, 0.5, 2, 3};
+  double a[12], v[12], x[12], position[3], velocity[3];
+  for (int k = 0; k < 4; k++)
+    for (int axis = 0; axis < 3; axis++)
+      a[3 * k + axis] = (axis + 1) * (3 - 2 * t[k]);
+  thrum_base_motion_integrate(4, t, a, v, x);
+  const thrum_base_motion swerving = {4, t, a, v, x};
+
+  // at samples, between them, and behind the last
+  for (double time = 0; time <= 4; time += 0.125) {
+    thrum_base_motion_at(&swerving, time, position, velocity);
+    const double moved = time < 3 ? time * time * (1.5 - time / 3) : 4.5;
+    const double speed = time < 3 ? time * (3 - time) : 0;
+    for (int axis = 0; axis < 3; axis++) {
+      assert_true(fabs(position[axis] - (axis + 1) * moved) <= 1e-13);
+      assert_true(fabs(velocity[axis] - (axis + 1) * speed) <= 1e-13);
+    }
+  }
+}
+
 /* x = 1 - cos t starts at rest; the acceleration of its spline is cos t to second order. */
 static double spline_error(int count) {
   // one block holds the samples, the derivatives and the work space
@@ -283,6 +308,7 @@ int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_step_takes_the_mean_of_the_acceleration),
       cmocka_unit_test(a_constant_acceleration_is_a_parabola),
+      cmocka_unit_test(a_changing_acceleration_is_a_cubic),
       cmocka_unit_test(a_spline_of_positions_gives_their_acceleration),
       cmocka_unit_test(an_oscillator_on_a_moving_base_follows_its_closed_form),
       cmocka_unit_test(a_falling_base_is_gravity),

@@ -365,6 +365,34 @@ static void a_step_of_one_coordinate_alone_meets_the_floor(void **state) {
   }
 }
 
+/* A body that would leave all numbers behind in the step: it stays where it was, on its way, and so
+ * do its state and its contact. */
+static void a_step_that_fails_leaves_the_translation_where_it_was(void **state) {
+  (void)state;
+  rig_def def = rig_default();
+  def.dt = 1;
+  rig r;
+  rig_make(&r, &def);
+  r.environment.force[2] = 0;
+  r.translation.position[2] = 1;
+  r.translation.position[0] = 1.7e308;
+  r.translation.velocity[0] = 1e308;
+  r.translation.velocity[1] = 1;
+  const thrum_translation before = r.translation;
+  thrum_error error = {0};
+  assert_int_equal(thrum_contact_step(&r.m.model, r.state, r.contact, &r.environment, &error),
+                   THRUM_NOT_FINITE);
+  assert_memory_equal(&r.translation, &before, sizeof before);
+  assert_true(thrum_state_report_get(r.state).steps == 0);
+
+  // from nearer it goes on
+  r.translation.position[0] = 0;
+  assert_int_equal(thrum_contact_step(&r.m.model, r.state, r.contact, &r.environment, &error),
+                   THRUM_OK);
+  assert_true(r.translation.position[0] == 1e308 && r.translation.position[1] == 1);
+  rig_free(&r);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_body_bounces_as_high_as_its_restitution_says),
@@ -378,6 +406,7 @@ int main(void) {
       cmocka_unit_test(the_impulses_of_an_impact_are_listed),
       cmocka_unit_test(a_pulled_body_hangs_and_swings_on_its_spring),
       cmocka_unit_test(a_step_of_one_coordinate_alone_meets_the_floor),
+      cmocka_unit_test(a_step_that_fails_leaves_the_translation_where_it_was),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }
