@@ -17,6 +17,8 @@
 #include "io/json_table.h"
 #include "platform/interrupt.h"
 
+#define MIB 1048576.0
+
 void bench_row_time(cJSON *row, const char *key, const bench_time *time) {
   char median[80];
   snprintf(median, sizeof median, "%s_median", key);
@@ -53,9 +55,11 @@ static thrum_status write_csv(const bench_request *request, const char *path, co
   fprintf(file, "# %s; %s; thrum %s; kernel %s\n", bench_processor(), bench_build(),
           thrum_version(), thrum_kernel_name(thrum_kernel_chosen(request->kernel)));
   if (request->machine)
-    fprintf(file, "# measured: FMA peak %.1f GFLOP/s; L2 %.1f, L3 %.1f, DRAM %.1f GB/s\n",
-            request->rates.peak_gflops, request->rates.l2_gbs, request->rates.l3_gbs,
-            request->rates.dram_gbs);
+    fprintf(file,
+            "# measured: FMA peak %.1f GFLOP/s; L2 of %.3g MiB %.1f, L3 of %.3g MiB %.1f, DRAM "
+            "%.1f GB/s\n",
+            request->rates.peak_gflops, request->rates.l2_bytes / MIB, request->rates.l2_gbs,
+            request->rates.l3_bytes / MIB, request->rates.l3_gbs, request->rates.dram_gbs);
 
   return thrum_file_writer_end(&writer, json_table_csv(file, rows, error), error);
 }
@@ -130,9 +134,10 @@ static thrum_status run_rank(const bench_request *request, int64_t n, bench_run 
 static void print_machine(const bench_request *request) {
   printf("%s; %s\n", bench_processor(), bench_build());
   if (request->machine)
-    printf("one core: FMA peak %.1f GFLOP/s; read 256 kB %.1f, 8 MB %.1f, 512 MB %.1f GB/s\n",
-           request->rates.peak_gflops, request->rates.l2_gbs, request->rates.l3_gbs,
-           request->rates.dram_gbs);
+    printf("one core: FMA peak %.1f GFLOP/s; reads from L2 of %.3g MiB %.1f, from L3 of %.3g MiB "
+           "%.1f, from DRAM %.1f GB/s\n",
+           request->rates.peak_gflops, request->rates.l2_bytes / MIB, request->rates.l2_gbs,
+           request->rates.l3_bytes / MIB, request->rates.l3_gbs, request->rates.dram_gbs);
 }
 
 /* The row itself when there is one, else an object of rows; the machine with either. */
@@ -149,6 +154,8 @@ static void print_json(const bench_request *request, cJSON *rows) {
   json_string(object, "build", bench_build());
   if (request->machine) {
     json_number(object, "peak_gflops", request->rates.peak_gflops);
+    json_number(object, "l2_bytes", request->rates.l2_bytes);
+    json_number(object, "l3_bytes", request->rates.l3_bytes);
     json_number(object, "l2_gbs", request->rates.l2_gbs);
     json_number(object, "l3_gbs", request->rates.l3_gbs);
     json_number(object, "dram_gbs", request->rates.dram_gbs);
@@ -177,6 +184,7 @@ int bench_each_model(bench_request *request, bench_run *run, const char *const *
 
   cJSON *rows = cJSON_CreateArray();
   config_progress progress = config_progress_make(request->quiet);
+  bench_machine_caches(&request->rates);
   if (request->machine)
     bench_machine_measure(&request->rates);
   if (!request->json)

@@ -1,7 +1,9 @@
 /* The peak of one core: rate of fused multiply-adds and bandwidth of reading, with AVX-512 or AVX2
  * where there is, otherwise in plain C. SPDX-License-Identifier: Apache-2.0 */
+#include <math.h>
 #include <stdbool.h>
 #include <stdint.h>
+#include <stdio.h>
 #include <stdlib.h>
 
 #include "bench/machine.h"
@@ -12,8 +14,8 @@
 #include <immintrin.h>
 #endif
 
-#define L2_BYTES (256 << 10)
-#define L3_BYTES (8 << 20)
+#define L2_BYTES (1 << 20)  /* where the system does not say */
+#define L3_BYTES (32 << 20) /* the same */
 #define DRAM_BYTES (512 << 20)
 #define RATE_ROUNDS 200000
 #define REPETITIONS 15
@@ -108,13 +110,51 @@ static double bandwidth(reader *read, const double *a, int64_t bytes, int repeti
   double best = 0;
   for (int r = 0; r < repetitions; r++) {
     volatile double sink = 0;
-    const double began = clock_seconds();
+    const double began = clock_thread_seconds();
     for (int64_t n = 0; n < rounds; n++)
       sink = sink + read(a, count);
-    const double rate = 1e-9 * (double)(bytes * rounds) / (clock_seconds() - began);
+    const double rate = 1e-9 * (double)(bytes * rounds) / (clock_thread_seconds() - began);
     best = rate > best ? rate : best;
   }
   return best;
+}
+
+/* The size of the processor's data cache of this level; 0: the system does not say. */
+static double cache_bytes(int level) {
+  for (int index = 0; index < 8; index++) {
+    char path[96], text[32] = "", unit = 0;
+    static const char *const names[] = {"level", "type", "size"};
+    double numbers[3] = {0};
+    for (int n = 0; n < 3; n++) {
+      snprintf(path, sizeof path, "/sys/devices/system/cpu/cpu0/cache/index%d/%s", index, names[n]);
+      FILE *file = fopen(path, "r");
+      if (file == NULL || fgets(text, sizeof text, file) == NULL)
+        text[0] = 0;
+      if (file != NULL)
+        fclose(file);
+      numbers[n] = n == 1 ? text[0] == 'I' : strtod(text, NULL);
+      sscanf(text, "%*f%c", &unit);
+    }
+
+    // "1024K" of level 2, of data or of all
+    if ((int)numbers[0] == level && numbers[1] == 0)
+      return numbers[2] * (unit == 'M' ? 1 << 20 : unit == 'K' ? 1 << 10 : 1);
+  }
+  return 0;
+}
+
+void bench_machine_caches(bench_machine *machine) {
+  machine->l2_bytes = cache_bytes(2);
+  machine->l3_bytes = cache_bytes(3);
+  if (!(machine->l2_bytes > 0))
+    machine->l2_bytes = L2_BYTES;
+  if (!(machine->l3_bytes > machine->l2_bytes))
+    machine->l3_bytes = fmax(L3_BYTES, 4 * machine->l2_bytes);
+}
+
+/* A part of so many bytes, in whole rounds of the readers, that the memory for it has. */
+static int64_t part_of(double bytes) {
+  return (int64_t)(fmin(bytes, DRAM_BYTES) / 4096) * 4096;
 }
 
 void bench_machine_measure(bench_machine *machine) {
@@ -133,11 +173,12 @@ void bench_machine_measure(bench_machine *machine) {
 
   // the best of the repetitions; the sum is kept so that the compiler keeps the loop
   *machine = (bench_machine){0};
+  bench_machine_caches(machine);
   double sink = 0;
   for (int r = 0; r < REPETITIONS; r++) {
-    const double began = clock_seconds();
+    const double began = clock_thread_seconds();
     const double operations = rate(&sink);
-    const double found = 1e-9 * operations / (clock_seconds() - began);
+    const double found = 1e-9 * operations / (clock_thread_seconds() - began);
     machine->peak_gflops = found > machine->peak_gflops ? found : machine->peak_gflops;
   }
   volatile double kept = sink;
@@ -149,15 +190,15 @@ void bench_machine_measure(bench_machine *machine) {
     return;
   for (int64_t i = 0; i < DRAM_BYTES / (int64_t)sizeof *memory; i++)
     memory[i] = 1e-3 * (double)(i % 7);
-  machine->l2_gbs = bandwidth(read, memory, L2_BYTES, REPETITIONS);
-  machine->l3_gbs = bandwidth(read, memory, L3_BYTES, REPETITIONS);
+  const double third = fmax(0.25 * machine->l3_bytes, 2 * machine->l2_bytes);
+  machine->l2_gbs = bandwidth(read, memory, part_of(0.25 * machine->l2_bytes), REPETITIONS);
+  machine->l3_gbs = bandwidth(read, memory, part_of(third), REPETITIONS);
   machine->dram_gbs = bandwidth(read, memory, DRAM_BYTES, 3);
   free(memory);
 }
 
 double bench_machine_bandwidth(const bench_machine *machine, double bytes, const char **level) {
-  // what a level is sure to hold beside other data
-  const bool second = bytes <= 2.0 * (1 << 20), third = bytes <= 64.0 * (1 << 20);
+  const bool second = bytes <= machine->l2_bytes, third = bytes <= machine->l3_bytes;
   *level = second ? "L2" : third ? "L3" : "DRAM";
   return second ? machine->l2_gbs : third ? machine->l3_gbs : machine->dram_gbs;
 }

@@ -133,10 +133,10 @@ thrum_status bench_displacement_run(bench_displacement *bench, thrum_error *erro
     // the first round warms up
     for (int64_t k = -1; k < count; k++)
       for (int64_t n = 0; n < RUNS; n++) {
-        const double began = clock_seconds();
+        const double began = clock_thread_seconds();
         runs[n](&b);
         if (k >= 0)
-          b.samples[n * count + k] = 1e6 * (clock_seconds() - began);
+          b.samples[n * count + k] = 1e6 * (clock_thread_seconds() - began);
       }
 
     bench->dgemv = bench_summary(b.samples, count);

@@ -29,17 +29,18 @@ static void measure(const passes *p, int64_t batches, double *samples, bench_ker
   // a batch of each pass takes about BATCH_US
   for (int pass = 0; pass < THRUM_PASS_COUNT; pass++) {
     run_pass(p, pass);
-    const double began = clock_seconds();
+    const double began = clock_thread_seconds();
     run_pass(p, pass);
-    calls[pass] = fmin(CALLS_MOST, ceil(BATCH_US / (1e6 * (clock_seconds() - began) + 1e-3)));
+    calls[pass] =
+        fmin(CALLS_MOST, ceil(BATCH_US / (1e6 * (clock_thread_seconds() - began) + 1e-3)));
   }
 
   for (int64_t n = 0; n < batches; n++)
     for (int pass = 0; pass < THRUM_PASS_COUNT; pass++) {
-      const double began = clock_seconds();
+      const double began = clock_thread_seconds();
       for (int64_t k = 0; k < (int64_t)calls[pass]; k++)
         run_pass(p, pass);
-      samples[pass * batches + n] = 1e6 * (clock_seconds() - began) / calls[pass];
+      samples[pass * batches + n] = 1e6 * (clock_thread_seconds() - began) / calls[pass];
     }
   for (int pass = 0; pass < THRUM_PASS_COUNT; pass++)
     bench->time[pass] = bench_summary(samples + pass * batches, batches);

@@ -129,18 +129,18 @@ static thrum_status measure(const thrum_model *model, thrum_state *state, const 
 
   // a batch of about BATCH_US unless the caller gave its steps
   if (steps == 0) {
-    const double began = clock_seconds();
+    const double began = clock_thread_seconds();
     status = run_steps(model, state, STEPS_LEAST, error);
-    const double one = 1e6 * (clock_seconds() - began) / STEPS_LEAST;
+    const double one = 1e6 * (clock_thread_seconds() - began) / STEPS_LEAST;
     steps = (int64_t)ceil(fmin(STEPS_MOST, BATCH_US / one) / WHOLE_STEPS) * WHOLE_STEPS;
   }
 
   // every batch starts from the same state
   for (int64_t n = 0; n < bench->batches && status >= 0; n++) {
     memcpy(state, snapshot, bytes);
-    const double began = clock_seconds();
+    const double began = clock_thread_seconds();
     status = run_steps(model, state, steps, error);
-    samples[n] = 1e6 * (clock_seconds() - began) / (double)steps;
+    samples[n] = 1e6 * (clock_thread_seconds() - began) / (double)steps;
   }
   if (status < 0)
     return status;
