@@ -28,6 +28,7 @@
 /* All of one call. */
 typedef struct trade {
   const tradeoff_request *request;
+  char *const *words;        /* of the command line, up to a NULL */
   const thrum_model *loaded; /* owned */
   const thrum_model *model;  /* the same, or its body of another law */
   thrum_model body;
@@ -282,7 +283,7 @@ static thrum_status write_files(const trade *t, thrum_error *error) {
   const char *folder = t->request->output;
   thrum_file_writer writer = {NULL, NULL, NULL};
   THRUM_TRY(results_open(folder, "tradeoff.csv", &writer, error));
-  tradeoff_csv(writer.stream, &t->result);
+  tradeoff_csv(writer.stream, &t->result, t->problem.error, t->problem.cost);
   THRUM_TRY(thrum_file_writer_commit(&writer, error));
 
   // the page also says what was wanted and which row of the table is recommended
@@ -291,6 +292,16 @@ static thrum_status write_files(const trade *t, thrum_error *error) {
   add_full(about, t);
   cJSON_AddStringToObject(about, "wanted", t->wanted);
   json_number(about, "recommended_row", t->chosen < 0 ? NAN : (double)t->chosen);
+
+  // of what, under which loads, by which command
+  json_string(about, "model", t->request->model_path);
+  cJSON *loads = cJSON_AddArrayToObject(about, "loads");
+  for (int64_t n = 0; n < t->commands.load_count; n++)
+    cJSON_AddItemToArray(loads, cJSON_CreateString(t->commands.loads[n].text));
+  cJSON *command = cJSON_AddArrayToObject(about, "command");
+  cJSON_AddItemToArray(command, cJSON_CreateString(t->commands.program));
+  for (int n = 0; t->words[n] != NULL; n++)
+    cJSON_AddItemToArray(command, cJSON_CreateString(t->words[n]));
   THRUM_TRY(results_write_json(folder, "tradeoff.about.json", about, error));
   results_make_page(folder, "tradeoff", "tradeoff");
   if (t->chosen < 0)
@@ -348,6 +359,7 @@ static cJSON *run_json(const trade *t, const tradeoff_run *run) {
   cJSON_AddBoolToObject(item, "cancels", run->cancels);
   cJSON_AddBoolToObject(item, "disproved", run->disproved);
   json_string(item, "flag", tradeoff_flag(run));
+  json_string(item, "barred", tradeoff_barred(&t->result, run, t->problem.error, t->problem.cost));
   json_number(item, "fallback_steps", (double)run->fallback_steps);
   add_errors(item, "time_errors", &run->time_error);
   json_number(item, "frequency_error", run->frequency_error);
@@ -394,7 +406,16 @@ static void print_json(const trade *t) {
   json_print(object);
 }
 
-static void print_run(const trade *t, const tradeoff_run *run) {
+/* What the table says behind a setting: that it is recommended, or why a cheaper one is not. */
+static const char *note_of(const trade *t, const tradeoff_run *run) {
+  const tradeoff_run *chosen = t->chosen < 0 ? NULL : &t->result.runs[t->chosen];
+  const char *barred = tradeoff_barred(&t->result, run, t->problem.error, t->problem.cost);
+  if (run == chosen)
+    return "recommended";
+  return barred != NULL && (chosen == NULL || run->cost < chosen->cost) ? barred : "";
+}
+
+static void print_run(const trade *t, const tradeoff_run *run, const char *note) {
   const tradeoff_basis *basis = &t->result.bases[run->basis];
   const tradeoff_recipe *recipe = &basis->recipe;
 
@@ -407,8 +428,8 @@ static void print_run(const trade *t, const tradeoff_run *run) {
     snprintf(energy, sizeof energy, "%d pts", (int)basis->points);
 
   // the columns of the table: the setting, its cost, and its errors by their sources
-  printf("%-8s %6s%3" PRId64
-         " %-7s %-8s %8.4g %9.0e %9.2f %10.2e %8.0f %8.3g %% %8.3g %% %8.3g %% %8.3g %% %8.3g %%\n",
+  printf("%-8s %6s%3" PRId64 " %-7s %-8s %8.4g %9.0e %9.2f %10.2e %8.0f %8.3g %% %8.3g %% %8.3g %% "
+                             "%8.3g %% %8.3g %%%s%s\n",
          experiment_scheme_names[run->integrator], masters, basis->rank,
          recipe->trained      ? "trained"
          : recipe->modes == 0 ? "own"
@@ -416,7 +437,7 @@ static void print_run(const trade *t, const tradeoff_run *run) {
          energy, run->dt, run->tolerance, run->us_per_step, run->cost,
          t->result.full_cost / run->cost, 100 * run->error.displacement, 100 * run->error.velocity,
          100 * basis->error.displacement, 100 * run->time_error.displacement,
-         100 * run->frequency_error);
+         100 * run->frequency_error, note[0] ? "  " : "", note);
 }
 
 /* Prints the setting that comes nearest where none does what was asked for. */
@@ -436,7 +457,7 @@ static void print_nearest(const trade *t) {
     return;
   }
   printf("no setting that was tried; of least error is\n");
-  print_run(t, nearest);
+  print_run(t, nearest, "");
   if (t->problem.rank_max == 0)
     puts("bases trained on the load are tried without --ranks, or with --rank-max");
 }
@@ -464,13 +485,13 @@ static void print_table(const trade *t) {
          1e-3 * t->result.full_us_per_step, t->request->full_dt, t->result.full_cost,
          100 * t->result.full_error);
 
-  // a line for each run that no other beats in both cost and error
+  // a line for each run that no other beats in both cost and error, and for the one that is taken
   printf("%-8s %9s %-7s %-8s %8s %9s %9s %10s %8s %10s %10s %10s %10s %10s\n", "method", "rank",
          "basis", "coeff.", "h [s]", "tol.", "us/step", "cost s/s", "faster", "error", "velocity",
          "of basis", "in time", "frequency");
   for (int64_t n = 0; n < t->result.run_count; n++)
-    if (t->result.runs[n].front)
-      print_run(t, &t->result.runs[n]);
+    if (t->result.runs[n].front || n == t->chosen)
+      print_run(t, &t->result.runs[n], note_of(t, &t->result.runs[n]));
 
   // the setting that was picked among them
   printf("\nrecommended for %s:\n", t->wanted);
@@ -480,7 +501,7 @@ static void print_table(const trade *t) {
   }
   const tradeoff_run *chosen = &t->result.runs[t->chosen];
   const double basis = tradeoff_judged(&t->result.bases[chosen->basis].error, t->problem.by_worse);
-  print_run(t, chosen);
+  print_run(t, chosen, "");
 
   // two errors that cancel here need not do so elsewhere
   if (chosen->cancels)
@@ -563,7 +584,7 @@ static thrum_status take_law(trade *t, thrum_error *error) {
 /* Sets up what is to be compared, from the request. */
 static thrum_status prepare(trade *t, thrum_error *error) {
   const tradeoff_request *request = t->request;
-  THRUM_TRY(folder_make(request->output, error));
+  THRUM_TRY(folder_make_output(request->output, error));
   THRUM_TRY(mesh_model_load(request->model_path, &request->mesh_def, request->quiet, &t->loaded,
                             NULL, error));
 
@@ -635,7 +656,7 @@ int cmd_tradeoff(int argc, char **argv) {
   // flagged: it ran, but no setting does what was wanted
   int code = scope.status < 0 ? config_refuse(&error) : tradeoff_options_read(argc, argv, &request);
   if (code == COMMAND_DONE) {
-    trade t = {.request = &request, .chosen = -1};
+    trade t = {.request = &request, .words = argv, .chosen = -1};
     thrum_interrupt_clean(
         request.keep_runs != NULL
             ? "\nthrum: stopped; nothing was written, and the same command goes on "
@@ -644,6 +665,8 @@ int cmd_tradeoff(int argc, char **argv) {
     const bool one = request.jobs.list || request.jobs.number > 0;
     thrum_status status = prepare(&t, &error);
     THRUM_THEN(status, one ? run_job(&t, argv, &error) : run_trade(&t, &error));
+    if (status < 0)
+      folder_give_up(request.output);
     code = config_end(status, !one && (t.chosen < 0 || cJSON_GetArraySize(t.missing) > 0), &error);
     cJSON_Delete(t.missing);
     tradeoff_jobs_close(&t.jobs);

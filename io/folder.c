@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include "io/file.h"
+#include "platform/interrupt.h"
 #include "thrum/thrum.h"
 
 thrum_status folder_make(const char *path, thrum_error *error) {
@@ -26,4 +27,20 @@ thrum_status folder_make(const char *path, thrum_error *error) {
                            strerror(reason), thrum_file_hint(reason));
   }
   return THRUM_OK;
+}
+
+thrum_status folder_make_output(const char *path, thrum_error *error) {
+  const bool is_new = access(path, F_OK) != 0;
+  thrum_interrupt_hold();
+  const thrum_status status = folder_make(path, error);
+  if (status >= 0 && is_new)
+    thrum_interrupt_mark(path);
+  thrum_interrupt_let();
+  return status;
+}
+
+void folder_give_up(const char *path) {
+  // a folder that holds something stays
+  if (thrum_interrupt_unmark(path))
+    rmdir(path);
 }

@@ -18,8 +18,8 @@ static pthread_t keeper; /* the thread that called thrum_interrupt_clean */
 
 void thrum_interrupt_remove(void) {
   for (int i = 0; i < THRUM_INTERRUPT_FILES; i++)
-    if (marked[i] != NULL)
-      unlink(marked[i]);
+    if (marked[i] != NULL && unlink(marked[i]) != 0)
+      rmdir(marked[i]); // a new folder, as long as it is empty
 }
 
 static void end_cleanly(int number) {
@@ -68,10 +68,14 @@ void thrum_interrupt_mark(const char *temporary) {
     }
 }
 
-void thrum_interrupt_unmark(const char *temporary) {
+bool thrum_interrupt_unmark(const char *temporary) {
+  bool was = false;
   for (int i = 0; i < THRUM_INTERRUPT_FILES; i++)
-    if (marked[i] == temporary)
+    if (temporary != NULL && marked[i] == temporary) {
       marked[i] = NULL;
+      was = true;
+    }
+  return was;
 }
 
 void thrum_interrupt_hold(void) {

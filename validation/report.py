@@ -16,6 +16,7 @@ import json
 import math
 import os
 import pathlib
+import shlex
 import shutil
 import subprocess
 import sys
@@ -493,39 +494,55 @@ def cubature_points(row):
     return int(row.get("points") or 0)
 
 
-def tradeoff_table(rows):
+def tradeoff_table(rows, chosen=None):
+    """A table of runs; those that are cheaper than the chosen one say why they are not taken."""
     def errs(row, key):
         return show(100 * number(row[key]), "{:.3g} %")
 
     def energy(row):
         return f"{cubature_points(row)} points" if cubature_points(row) else f"polynomial, {row['precision']}"
 
+    def note(row):
+        if row is chosen:
+            return Cell("recommended", "l")
+        cheaper = chosen is None or number(row["cost_s_per_s"]) < number(chosen["cost_s_per_s"])
+        return Cell(row.get("barred") or "" if cheaper else "", "l")
+
     return table(
         [Cell("integrator", "l"), "modes", "rank", "energy by", "h [s]", "tolerance", "µs a step", "cost [s/s]",
-         "times faster than full", "displacement", "velocity", "energy", "of the basis", "in time", "frequency", "drift"],
+         "times faster than full", "displacement", "velocity", "energy", "of the basis", "in time", "frequency", "drift",
+         Cell("why not", "l")],
         [[scheme(r["integrator"]), r["modes"] if r["modes"] != "0" else "own", r["rank"], energy(r), r["dt_s"],
           r["tolerance"], show(number(r["us_per_step"])), show(number(r["cost_s_per_s"]), "{:.2e}"),
           show(number(r["speedup"]), "{:.0f}"),
           errs(r, "error_displacement") if r["stable"] == "1" else Cell("lost", "bad"),
           *(errs(r, key) for key in ("error_velocity", "error_energy", "basis_error", "time_error")),
           errs(r, "frequency_error") if "frequency_error" in r else "",
-          show(number(r["drift"]), "{:.1e}")] for r in rows])
+          show(number(r["drift"]), "{:.1e}"), note(r)] for r in rows])
 
 
 def tradeoff(path, rows, about, plots):
     full = about["full"]
+    page = ""
+    if about.get("model"):
+        page += fill("<p>Model {}, under {}.<br><code>{}</code></p>\n", about["model"], " and ".join(about["loads"]),
+                     shlex.join(about["command"]))
     law = f", of {full['law']} material" if full.get("law", "stvk") != "stvk" else ""
-    page = fill("<p>{}</p>\n", (
+    page += fill("<p>{}</p>\n", (
         f"{about['time_s']:g} s of the load, {len(rows)} runs. Reference: the full order of the same mesh{law}, "
         f"{full['components']:.0f} components, stepped by the energy-conserving integrator at {full['dt']:g} s; it takes "
         f"{1e-3 * full['us_per_step']:.3g} ms a step, {full['cost_s_per_s']:.3g} s for a second. Its own error in time is about "
         f"{show(100 * (full['error'] if full['error'] is not None else math.nan), '{:.2g}')} %, below which no error here means "
         "anything. Errors are relative, root mean square over the time in the norm of the mass; of the energy the largest. "
         "Cost: processor time for a simulated second."))
+    if full.get("mesh_error"):
+        page += fill("<p>The mesh itself has one of its first frequencies about {} too high, for its linear tetrahedra lock; "
+                     "no error here says so.</p>\n", percent(full["mesh_error"], "{:.2g} %"))
+    chosen = about.get("recommended_row")
+    taken = rows[chosen] if chosen is not None else None
     if about.get("wanted"):
         page += fill("<h2>Recommended for {}</h2>\n", about["wanted"])
-        chosen = about.get("recommended_row")
-        page += tradeoff_table([rows[chosen]]) if chosen is not None else "<p>No setting that was tried.</p>\n"
+        page += tradeoff_table([taken], taken) if taken is not None else "<p>No setting that was tried.</p>\n"
 
     # the front as a line, the runs of each integrator as dots, in the order of their cost
     rows = sorted(rows, key=lambda r: number(r["cost_s_per_s"]))
@@ -537,8 +554,8 @@ def tradeoff(path, rows, about, plots):
     series += [(f"{name}, cubature points", colour, curve(name, "points", 1.6),
                 points(lambda r: r["integrator"] == name and cubature_points(r))) for name, colour in COLOURS.items()]
     page += plots.add("error against cost", ("processor time for a second [s]", "displacement error"), (760, 420), series, "xy")
-    return (page + plots.key(series) + "<h2>The front</h2>\n" + tradeoff_table([r for r in rows if r["front"] == "1"]) +
-            "<h2>All runs</h2>\n" + tradeoff_table(rows))
+    return (page + plots.key(series) + "<h2>The front</h2>\n" + tradeoff_table([r for r in rows if r["front"] == "1" or r is taken], taken) +
+            "<h2>All runs</h2>\n" + tradeoff_table(rows, taken))
 
 
 # kind: the page, its title and file (None: that of the table), the command

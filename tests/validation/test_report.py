@@ -52,7 +52,7 @@ class Markup(html.parser.HTMLParser):
 def page_of(kind, rows, evil):
     """Returns the page of a committed table that is cut to `rows` rows and has all its names replaced by `evil`."""
     about = {"kind": "matrix", "time": 10, "version": evil, "compiler": evil, "machine": evil, "blas_core": evil, "dt": 0.003, "time_s": 1, "wanted": evil,
-             "recommended_row": 0, "full": {"components": 3, "dt": 0.01, "us_per_step": 1, "cost_s_per_s": 1, "error": None}}
+             "model": evil, "loads": [evil, evil], "command": ["thrum", "tradeoff", evil], "recommended_row": 0, "full": {"components": 3, "dt": 0.01, "us_per_step": 1, "cost_s_per_s": 1, "error": None, "mesh_error": 0.231}}
     with tempfile.TemporaryDirectory() as name:
         folder, table = pathlib.Path(name), SOURCE / "validation" / "results" / (TABLES[kind] + ".csv")
 
@@ -95,6 +95,11 @@ def main():
             markup = Markup()
             markup.feed(page)
             assert not markup.foreign, f"{kind}: {evil} became {markup.foreign}"
+
+    # the page of a trade-off says of what it is, which row is taken, and how wrong the mesh is
+    page = page_of("tradeoff", 12, "beam.npz")
+    for text in ("Model beam.npz", "thrum tradeoff beam.npz", "too high", "23 %", ">recommended<"):
+        assert text in page, text
 
     # there is one place that escapes, so that no other one can forget to
     assert (SOURCE / "validation" / "report.py").read_text(encoding="utf-8").count("html.escape") == 1

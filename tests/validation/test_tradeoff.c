@@ -269,6 +269,17 @@ static void the_choice_is_the_cheapest_or_the_most_accurate(void **state) {
   assert_int_equal(tradeoff_choose(&two, 0.05, NAN), 1);
   two.run_count = 1;
   assert_int_equal(tradeoff_choose(&two, 0.05, NAN), 0);
+
+  // each that is not taken says why
+  assert_null(tradeoff_barred(&result, &runs[1], 0.05, NAN));
+  assert_string_equal(tradeoff_barred(&result, &runs[0], 0.05, NAN), "error too large");
+  assert_string_equal(tradeoff_barred(&result, &runs[2], 0.05, 3), "too dear");
+  assert_string_equal(tradeoff_barred(&result, &runs[3], 0.05, NAN), "lost");
+  assert_string_equal(tradeoff_barred(&two, &lucky[0], 0.05, NAN), "errors cancel");
+  assert_null(tradeoff_barred(&two, &lucky[0], NAN, 3));
+  assert_string_equal(tradeoff_barred(&two, &lucky[2], 0.05, NAN), "condensed too far");
+  runs[1].fallback_steps = 1;
+  assert_string_equal(tradeoff_barred(&result, &runs[1], 0.05, NAN), "fell_back");
 }
 
 /* --- the search ------------------------------------------------------------------------ */

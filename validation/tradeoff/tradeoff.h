@@ -186,13 +186,18 @@ const char *tradeoff_precision(const tradeoff_basis *basis);
 /* The status that `thrum simulate` flags a run with; NULL: none. */
 const char *tradeoff_flag(const tradeoff_run *run);
 
+/* Why a run is not taken under these bounds, or comes last: "lost", "condensed too far", "error too
+ * large", "too dear", "errors cancel", or how it is flagged; NULL: nothing speaks against it. */
+const char *tradeoff_barred(const tradeoff_result *result, const tradeoff_run *run, double error,
+                            double cost);
+
 /* The cheapest run whose error, by which it is judged, is at most `error`, or the most accurate
  * whose cost is at most `cost`; NaN: no limit, but one of them must be a number. One whose basis is
  * no worse than that either goes before one that owes it to errors that cancel, and then one that
  * is not flagged before one that is. -1: there is none. */
 int64_t tradeoff_choose(const tradeoff_result *result, double error, double cost);
 
-/* The runs as comma-separated values, one row for each. */
-void tradeoff_csv(FILE *stream, const tradeoff_result *result);
+/* The runs as comma-separated values, one row for each, with what bars each under the bounds. */
+void tradeoff_csv(FILE *stream, const tradeoff_result *result, double error, double cost);
 
 #endif

@@ -260,6 +260,27 @@ const char *tradeoff_flag(const tradeoff_run *run) {
   return run->fallback_steps > 0 ? "fell_back" : NULL;
 }
 
+/* Whether a run is as near as was asked by a cancellation of what is too far by itself. */
+static bool is_lucky(const tradeoff_result *result, const tradeoff_run *run, double error) {
+  return run->cancels &&
+         !(tradeoff_judged(&result->bases[run->basis].error, result->by_worse) <= error);
+}
+
+const char *tradeoff_barred(const tradeoff_result *result, const tradeoff_run *run, double error,
+                            double cost) {
+  if (!run->stable)
+    return "lost";
+  if (run->disproved)
+    return "condensed too far";
+  if (tradeoff_judged(&run->error, result->by_worse) > error)
+    return "error too large";
+  if (run->cost > cost)
+    return "too dear";
+  if (!isnan(error) && is_lucky(result, run, error))
+    return "errors cancel";
+  return tradeoff_flag(run);
+}
+
 /* Whether a run goes before another: an error asks for the cheapest, a budget alone for the most
  * accurate; what owes its error to a cancellation comes last, and before that what is flagged. */
 static bool is_better(const tradeoff_result *result, const tradeoff_run *run,
@@ -272,11 +293,8 @@ static bool is_better(const tradeoff_result *result, const tradeoff_run *run,
     return flagged != other_flagged
                ? other_flagged
                : tradeoff_judged(&run->error, worse) < tradeoff_judged(&chosen->error, worse);
-  const bool lucky =
-      run->cancels && !(tradeoff_judged(&result->bases[run->basis].error, worse) <= error);
-  const bool other =
-      chosen->cancels && !(tradeoff_judged(&result->bases[chosen->basis].error, worse) <= error);
-  if (lucky != other)
+  const bool other = is_lucky(result, chosen, error);
+  if (is_lucky(result, run, error) != other)
     return other;
   return flagged != other_flagged ? other_flagged : run->cost < chosen->cost;
 }

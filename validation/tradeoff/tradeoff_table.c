@@ -3,12 +3,13 @@
 
 #include "validation/tradeoff/tradeoff.h"
 
-void tradeoff_csv(FILE *stream, const tradeoff_result *result) {
+void tradeoff_csv(FILE *stream, const tradeoff_result *result, double error, double cost) {
   fputs(
       "modes,rank,precision,trained,masters,integrator,dt_s,tolerance,stable,us_per_step,cost_s_"
       "per_s,"
       "error_displacement,error_velocity,error_energy,basis_error,time_error,frequency_error,drift,"
-      "speedup,front,projection,disproved,flag,points,cubature_error,cubature_range,force_error\n",
+      "speedup,front,projection,disproved,flag,points,cubature_error,cubature_range,force_error,"
+      "barred\n",
       stream);
   for (int64_t n = 0; n < result->run_count; n++) {
     const tradeoff_run *run = &result->runs[n];
@@ -42,6 +43,7 @@ void tradeoff_csv(FILE *stream, const tradeoff_result *result) {
                               basis->force_error};
     for (int k = 0; k < 3; k++)
       fprintf(stream, isfinite(figures[k]) ? ",%.10g" : ",", figures[k]);
-    fputc('\n', stream);
+    const char *barred = tradeoff_barred(result, run, error, cost);
+    fprintf(stream, ",%s\n", barred != NULL ? barred : "");
   }
 }
