@@ -1,4 +1,4 @@
-# The Python package (python/README.md): its sources, the declarations for cffi, and one shared library of
+# The Python package (python/README.md): its sources, the declarations for cffi, the types of options, and one shared library of
 # the runtime and the scenes, side by side in build/python/thrum, from where it can be imported.
 # SPDX-License-Identifier: Apache-2.0
 if(TARGET thrum_python_package)
@@ -21,6 +21,11 @@ add_custom_command(OUTPUT ${declarations}
   COMMAND ${THRUM_PYTHON} ${PROJECT_SOURCE_DIR}/python/declarations.py
     ${PROJECT_SOURCE_DIR}/include ${CMAKE_C_COMPILER} ${declarations}
   DEPENDS ${PROJECT_SOURCE_DIR}/python/declarations.py ${public_headers})
+file(GLOB schemas CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/docs/schema/*.schema.json)
+set(options ${THRUM_PYTHON_BUILD}/thrum/_options.py)
+add_custom_command(OUTPUT ${options}
+  COMMAND ${THRUM_PYTHON} ${PROJECT_SOURCE_DIR}/python/options.py ${PROJECT_SOURCE_DIR}/docs/schema ${options}
+  DEPENDS ${PROJECT_SOURCE_DIR}/python/options.py ${schemas})
 set(copies)
 foreach(source ${python_sources})
   get_filename_component(name ${source} NAME)
@@ -28,4 +33,5 @@ foreach(source ${python_sources})
     COMMAND ${CMAKE_COMMAND} -E copy ${source} ${THRUM_PYTHON_BUILD}/thrum/${name} DEPENDS ${source})
   list(APPEND copies ${THRUM_PYTHON_BUILD}/thrum/${name})
 endforeach()
-add_custom_target(thrum_python_package ALL DEPENDS ${declarations} ${copies} thrum_python_library)
+add_custom_target(thrum_python_package ALL DEPENDS ${declarations} ${options} ${copies}
+  thrum_python_library)

@@ -17,8 +17,10 @@ SPDX-License-Identifier: Apache-2.0
 
 from ._errors import (BadFile, BadValue, Error, InvalidArgument, Missing, ModelMismatch, NotConverged, OutOfMemory,
                       ProgramFailed, Status, Unsupported)
+from ._mesh import Mesh
 from ._native import integrators, library_path, version
-from ._program import Run, precompute, program, run_program, simulate, static, tradeoff
+from ._program import (Run, check, compare, embed, export, info, mesh, precompute, program, run_program, simulate, static,
+                       tradeoff)
 from .batch import Batch
 from .equilibrium import Equilibrium
 from .model import Model
@@ -33,9 +35,9 @@ __version__ = version()
 
 __all__ = [
     "BadFile", "BadValue", "Batch", "Body", "Energies", "Equilibrium", "Error", "InvalidArgument", "Link", "Load",
-    "Look", "Missing", "Model", "ModelMismatch", "Monitor", "NodeStress", "NotConverged", "Obstacle", "OutOfMemory",
-    "Overlap", "ProgramFailed", "Pull", "Report", "Run", "Scene", "State", "Status", "Stress", "StressNodes",
-    "StressPoints", "Surface", "Touch", "Unsupported", "View",
-    "integrators", "library_path", "precompute", "program", "run_program", "simulate", "static", "tradeoff",
-    "version", "view",
+    "Look", "Mesh", "Missing", "Model", "ModelMismatch", "Monitor", "NodeStress", "NotConverged", "Obstacle",
+    "OutOfMemory", "Overlap", "ProgramFailed", "Pull", "Report", "Run", "Scene", "State", "Status", "Stress",
+    "StressNodes", "StressPoints", "Surface", "Touch", "Unsupported", "View",
+    "check", "compare", "embed", "export", "info", "integrators", "library_path", "mesh", "precompute", "program",
+    "run_program", "simulate", "static", "tradeoff", "version", "view",
 ]

@@ -6,7 +6,10 @@ SPDX-License-Identifier: Apache-2.0
 from __future__ import annotations
 
 import os
-from typing import Any
+import sys
+import threading
+import warnings
+from typing import Any, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -82,6 +85,35 @@ def call(function: Any, *arguments: Any) -> int:
     return check(function(*arguments, error), error)
 
 
+def warn(text: str) -> None:
+    """A RuntimeWarning at the line outside of the package that called it."""
+    level, frame = 1, sys._getframe(0)
+    while frame.f_back is not None and str(frame.f_globals.get("__name__", "")).split(".")[0] == "thrum":
+        level, frame = level + 1, frame.f_back
+    warnings.warn(text, RuntimeWarning, stacklevel=level)
+
+
+def call_interruptible(keeps: tuple[Any, ...], function: Any, *arguments: Any) -> int:
+    """`call` of a function that may take long and changes nothing but its arguments, which Ctrl-C does not wait for.
+
+    Signals are handled by the main thread, between two of its instructions: so it waits while another one calls. keeps: what
+    the arguments point into, which lives as long as the call, also where the caller has gone on.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        return call(function, *arguments)
+    error = new_error()
+    found: list[int] = []
+
+    def work(_kept: tuple[Any, ...]) -> None:
+        found.append(function(*arguments, error))
+
+    worker = threading.Thread(target=work, args=(keeps,), daemon=True)
+    worker.start()
+    while worker.is_alive():
+        worker.join(0.05)
+    return check(found[0], error)
+
+
 # --- arrays -----------------------------------------------------------------------------------
 
 
@@ -152,7 +184,10 @@ class _Memory:
         self.__array_interface__ = {"shape": shape, "typestr": kind, "data": (address, True), "version": 3}
 
 
-def read_only(array: Array) -> Array:
+Kind = TypeVar("Kind", bound=np.generic)
+
+
+def read_only(array: npt.NDArray[Kind]) -> npt.NDArray[Kind]:
     """The same array, which refuses to be written to: it is a copy, and what is written there would be lost."""
     array.flags.writeable = False
     return array

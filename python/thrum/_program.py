@@ -7,19 +7,33 @@ from __future__ import annotations
 
 import csv
 import json
+import keyword
 import os
 import re
 import shutil
+import signal
 import subprocess
 import tempfile
-import warnings
-from typing import Any
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any, Union
 
 import numpy as np
 import numpy.typing as npt
 
+from . import _mesh
 from ._errors import ProgramFailed
-from ._native import real_numbers
+from ._native import warn
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
+    from ._options import PrecomputeOptions, SimulateOptions, StaticOptions
+    from .model import Model
+
+Path = Union[str, "os.PathLike[str]"]
+Number = Union[int, float]
+ModelOrPath = Union["Model", Path]
 
 # done, and done but flagged
 _DONE = (0, 3)
@@ -30,6 +44,12 @@ _REFUSAL = re.compile(r"^thrum(?: [a-z]+)?: |\s*\(try: [^()]*\)$", re.MULTILINE)
 
 # an option in a message, which is a keyword here; --help has none
 _OPTION = re.compile(r"(?<![\w-])--(?!help\b)([a-z][a-z0-9]*(?:-[a-z0-9]+)*)")
+
+# commands that show no progress, and take no option against it
+_SHOW_NOTHING = ("check", "compare", "convert", "export", "help", "info", "schema")
+
+# how long an interrupted program may take to clear up behind itself [s]; what it leaves the next one clears up
+_GRACE = 0.04
 
 
 def program() -> str:
@@ -48,11 +68,17 @@ def program() -> str:
 
 
 def arguments(options: dict[str, Any]) -> list[str]:
-    """Options as the command line has them: fix="x<0.1" is --fix x<0.1, a list repeats, True stands alone."""
+    """Options as the command line has them: fix="x<0.1" is --fix x<0.1, True stands alone, numbers in a row are joined by
+    commas, texts in a row repeat the option, and yield_ is --yield."""
     words = []
     for name, value in options.items():
-        option = "--" + name.replace("_", "-")
-        for item in value if isinstance(value, (list, tuple)) else [value]:
+        option = "--" + name.rstrip("_").replace("_", "-")
+        rows = [value]
+        if isinstance(value, (list, tuple, np.ndarray)):
+            numbers = len(value) > 0 and all(isinstance(item, (int, float, np.number)) and not isinstance(item, bool)
+                                             for item in value)
+            rows = [",".join(str(item) for item in np.asarray(value).tolist())] if numbers else list(value)
+        for item in rows:
             if item is True:
                 words.append(option)
             elif item is not None and item is not False:
@@ -61,75 +87,108 @@ def arguments(options: dict[str, Any]) -> list[str]:
     return words
 
 
-def _message(text: str, mesh: str | None) -> str:
+def _keyword(option: str) -> str:
+    """The keyword that stands for an option: dt for --dt, yield_ for --yield."""
+    name = option.replace("-", "_")
+    return name + "_" if keyword.iskeyword(name) else name
+
+
+def _message(text: str, given: dict[str, str]) -> str:
     """What the program says, in Python's names: dt in place of --dt, `mesh` in place of the file made of it."""
-    if mesh is not None:
-        text = text.replace(mesh, "mesh").replace(os.path.basename(mesh), "mesh")
-    return _OPTION.sub(lambda option: option[1].replace("-", "_"), text)
+    for path, name in given.items():
+        text = text.replace(path, name).replace(os.path.basename(path), name)
+    return _OPTION.sub(lambda option: _keyword(option[1]), text)
 
 
-def run_program(command: str, *words: str, _mesh: str | None = None, **options: Any) -> dict[str, Any]:
+def _communicate(line: list[str]) -> tuple[int, str, str]:
+    """Exit code, output and errors of a program. An interrupt ends it and goes on within a tenth of a second."""
+    process = subprocess.Popen(line, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                               encoding="utf-8", errors="replace")
+    try:
+        while True:
+            try:
+                output, errors = process.communicate(timeout=_GRACE)
+                return process.returncode, output, errors
+            except subprocess.TimeoutExpired:
+                pass
+    except BaseException:
+        process.send_signal(signal.SIGINT)
+        try:
+            process.wait(_GRACE)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()
+        raise
+    finally:
+        for pipe in (process.stdout, process.stderr):
+            if pipe is not None:
+                pipe.close()
+
+
+def run_program(command: str, *words: str, _given: dict[str, str] | None = None, **options: Any) -> dict[str, Any]:
     """Runs `thrum COMMAND WORDS OPTIONS --json` and returns the object that it prints.
 
     A run that is flagged (exit code 3) returns too: look at its "status". What the program warns of is a
-    RuntimeWarning. ProgramFailed with the program's own line for every other exit code. Messages name options as the
-    keywords that they are here, and the temporary file _mesh as "mesh".
+    RuntimeWarning. ProgramFailed with the program's own line for every other exit code. Ctrl-C ends the program. Messages
+    name options as the keywords that they are here, and the temporary files `_given` by the names that it has for them.
     """
     # a file whose name begins with - is no option
     files = [os.path.join(os.curdir, word) if word.startswith("-") else word for word in words]
-    line = [program(), command, *files, *arguments(options), "--json", "-q"]
-    done = subprocess.run(line, capture_output=True, encoding="utf-8", errors="replace", check=False)
-    if done.returncode not in _DONE:
-        text = _REFUSAL.sub("", done.stderr.strip()) or f"thrum {command} ended with the exit code {done.returncode}"
-        raise ProgramFailed(_message(text, _mesh), done.returncode)
+    given = _given or {}
+    quiet = [] if command in _SHOW_NOTHING else ["-q"]
+    code, output, errors = _communicate([program(), command, *files, *arguments(options), "--json", *quiet])
 
     # nobody sees the program's standard error, and its warnings say where the result is wrong
-    for text in done.stderr.splitlines():
+    refusal = []
+    for text in errors.splitlines():
         if text.startswith(_WARNING):
-            warnings.warn(_message(text[len(_WARNING):], _mesh), RuntimeWarning, stacklevel=3)
-    return dict(json.loads(done.stdout))
+            warn(_message(text[len(_WARNING):], given))
+        else:
+            refusal.append(text)
+    if code not in _DONE:
+        text = _REFUSAL.sub("", "\n".join(refusal).strip()) or f"thrum {command} ended with the exit code {code}"
+        raise ProgramFailed(_message(text, given), code)
+    return dict(json.loads(output))
 
 
-def precompute(mesh: Any, output: str | os.PathLike[str], **options: Any) -> dict[str, Any]:
-    """Makes the model file `output` of a mesh (see `Model.precompute`) and returns the program's report."""
-    if isinstance(mesh, (str, os.PathLike)):
-        return run_program("precompute", os.fspath(mesh), output=output, **options)
-    with tempfile.TemporaryDirectory(prefix="thrum-") as folder:
+# --- what stands for files --------------------------------------------------------------------
+
+
+@contextmanager
+def _file_of(given: Any, beside: str | None = None) -> Iterator[tuple[str, dict[str, str], int | None]]:
+    """The file of a model or a mesh, the names of temporary ones for messages, and how many vertices arrays may name.
+
+    beside: the file that a Model is written to which has none; None: a temporary one.
+    """
+    if isinstance(given, (str, os.PathLike)):
+        yield os.fspath(given), {}, None
+        return
+    with tempfile.TemporaryDirectory(prefix="thrum-") as work:
+        if hasattr(given, "_file"):
+            path = given._file(beside or os.path.join(work, "given-model.npz"))
+            yield path, {path: "model"} if path.startswith(work) else {}, given.vertex_count
+            return
         # a name that no message has by chance
-        path = os.path.join(folder, "given-mesh.msh")
-        write_mesh(mesh, path)
-        return run_program("precompute", path, _mesh=path, output=output, **options)
+        path = os.path.join(work, "given-mesh.msh")
+        mesh = _mesh.as_mesh(given)
+        _mesh.write_mesh(mesh, path)
+        yield path, {path: "mesh"}, len(mesh.vertices)
 
 
-def write_mesh(mesh: Any, path: str) -> None:
-    """Writes a pair (vertices, tets), or the tetrahedra of a meshio mesh, as a Gmsh file."""
-    if hasattr(mesh, "points") and hasattr(mesh, "cells"):
-        vertices = mesh.points
-        blocks = [cells.data for cells in mesh.cells if cells.type == "tetra"]
-        if not blocks:
-            kinds = ", ".join(sorted({cells.type for cells in mesh.cells})) or "no cells"
-            raise ValueError(f"mesh: it has no cells of the type tetra, but {kinds}")
-        tets = np.concatenate(blocks)
-    else:
-        try:
-            vertices, tets = (np.asarray(part) for part in mesh)
-        except (TypeError, ValueError):
-            raise TypeError("mesh: a file, a name, a meshio mesh or a pair (vertices, tets) is needed") from None
-    vertices = real_numbers(vertices, "mesh")
-    if vertices.ndim != 2 or vertices.shape[1] != 3:
-        raise ValueError("mesh: its vertices are not n x 3")
-    if tets.ndim != 2 or tets.shape[1] != 4 or not np.issubdtype(tets.dtype, np.integer):
-        raise ValueError("mesh: its tets are not m x 4 whole numbers")
-    if tets.size and (tets.min() < 0 or tets.max() >= len(vertices)):
-        raise ValueError(f"mesh: its tets name vertices beyond 0 to {len(vertices) - 1}")
+def _run_on(command: str, given: Any, *words: str, _beside: str | None = None, **options: Any) -> dict[str, Any]:
+    """Runs a command on a model or a mesh, with vertices to hold that may be arrays."""
+    with _file_of(given, _beside) as (path, names, count), tempfile.TemporaryDirectory(prefix="thrum-") as work:
+        if "fix" in options:
+            options["fix"] = _mesh.fix_texts(options["fix"], count, work)
+            for text in options["fix"] if isinstance(options["fix"], list) else ():
+                if str(text).startswith(work):
+                    names[str(text)] = "fix"
+        return run_program(command, path, *words, _given=names, **options)
 
-    with open(path, "w", encoding="ascii") as file:
-        file.write(f"$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n{len(vertices)}\n")
-        file.writelines(f"{number} {x!r} {y!r} {z!r}\n" for number, (x, y, z) in enumerate(vertices.tolist(), 1))
-        file.write(f"$EndNodes\n$Elements\n{len(tets)}\n")
-        file.writelines(f"{number} 4 2 1 1 {a} {b} {c} {d}\n"
-                        for number, (a, b, c, d) in enumerate((tets + 1).tolist(), 1))
-        file.write("$EndElements\n")
+
+def precompute(mesh: Any, output: Path, **options: Unpack[PrecomputeOptions]) -> dict[str, Any]:
+    """Makes the model file `output` of a mesh (see `Model.precompute`) and returns the program's report."""
+    return _run_on("precompute", mesh, output=output, **options)
 
 
 class Run:
@@ -144,6 +203,9 @@ class Run:
             with open(os.path.join(self.folder, "run.json"), encoding="utf-8") as file:
                 report = json.load(file)
         self.report: dict[str, Any] = dict(report or {})
+
+    def __repr__(self) -> str:
+        return f"<thrum.Run {self.folder!r} {self.report.get('status', 'not finished')}>"
 
     def array(self, name: str) -> npt.NDArray[Any]:
         """An array that the run recorded, such as "q" or "end"; FileNotFoundError where it recorded none."""
@@ -164,19 +226,90 @@ class Run:
         return {name: values[:, column] for column, name in enumerate(rows[0])}
 
 
-def simulate(model: str | os.PathLike[str], output: str | os.PathLike[str], **options: Any) -> Run:
-    """Runs `thrum simulate` on a model file, a name or a scene file, and returns what it recorded.
+def simulate(model: ModelOrPath, output: Path, **options: Unpack[SimulateOptions]) -> Run:
+    """Runs `thrum simulate` and returns what it recorded.
 
-    options: those of the program with underscores, such as time=3, load="impulse:0,0,-40@tip", full=True.
+    model: a Model, a model file, a name or a scene file. output: the folder of the run. options: those of the program with
+    underscores, such as time=3, load="impulse:0,0,-40@tip", full=True. A Model that was not loaded from a file is written
+    beside the folder, as `output`.model.npz, for the run refers to it.
     """
-    return Run(output, run_program("simulate", os.fspath(model), output=output, **options))
+    target = os.fspath(output)
+    beside = target.rstrip(os.sep) + ".model.npz"
+    return Run(target, _run_on("simulate", model, _beside=beside, output=target, **options))
 
 
-def static(model: str | os.PathLike[str], **options: Any) -> dict[str, Any]:
-    """Runs `thrum static` and returns its report; full=True solves the whole mesh."""
-    return run_program("static", os.fspath(model), **options)
+def static(model: ModelOrPath, **options: Unpack[StaticOptions]) -> dict[str, Any]:
+    """Runs `thrum static` on a Model, a model file or a mesh and returns its report; full=True solves the whole mesh."""
+    return _run_on("static", model, **options)
 
 
-def tradeoff(model: str | os.PathLike[str], output: str | os.PathLike[str], **options: Any) -> dict[str, Any]:
+def tradeoff(model: ModelOrPath, output: Path, **options: Any) -> dict[str, Any]:
     """Runs `thrum tradeoff`: what speed and accuracy cost each other, such as error="5%"; returns its report."""
-    return run_program("tradeoff", os.fspath(model), output=output, **options)
+    return _run_on("tradeoff", model, output=output, **options)
+
+
+def info(what: ModelOrPath | Run, *, dt: float | None = None, integrator: str | None = None,
+         load: str | Sequence[str] | None = None, touch: bool = False) -> dict[str, Any]:
+    """Runs `thrum info` on a Model, a model file, a Run or its folder, or a surface file, and returns what it says."""
+    return _run_on("info", what.folder if isinstance(what, Run) else what, dt=dt, integrator=integrator, load=load,
+                   touch=touch)
+
+
+def compare(run: Run | Path, other: Run | Path) -> dict[str, Any]:
+    """Runs `thrum compare`: how far two runs are apart."""
+    first, second = (item.folder if isinstance(item, Run) else os.fspath(item) for item in (run, other))
+    return run_program("compare", first, second)
+
+
+def check(mesh: Any, *, scale: float | None = None, unit: str | None = None, regions: str | None = None,
+          order: int | str | None = None) -> dict[str, Any]:
+    """Runs `thrum check`: what a mesh is like, and under "flags" what may be wrong.
+
+    mesh: as `Model.precompute` takes it.
+    """
+    return _run_on("check", mesh, scale=scale, unit=unit, regions=regions, order=order)
+
+
+@contextmanager
+def _surface_file(given: Any) -> Iterator[tuple[str, dict[str, str]]]:
+    if isinstance(given, (str, os.PathLike)):
+        yield os.fspath(given), {}
+        return
+    with tempfile.TemporaryDirectory(prefix="thrum-") as work:
+        path = os.path.join(work, "given-surface.obj")
+        _mesh.write_surface(given, path)
+        yield path, {path: "surface"}
+
+
+def mesh(surface: Any, output: Path, *, size: float | None = None, scale: float | None = None, order: int | None = None,
+         tool: str | None = None) -> dict[str, Any]:
+    """Runs `thrum mesh`: fills a closed surface with tetrahedra, by Gmsh or TetGen, and writes the mesh file `output`.
+
+    surface: a file (.obj, .stl) or a pair (vertices, triangles). Returns the program's report.
+    """
+    with _surface_file(surface) as (path, names):
+        return run_program("mesh", path, _given=names, output=output, size=size, scale=scale, order=order, tool=tool)
+
+
+def embed(model: ModelOrPath, surface: Any, output: Path, *, scale: float | None = None) -> dict[str, Any]:
+    """Runs `thrum embed`: binds a fine surface to a model and writes the surface file `output`; returns the report.
+
+    surface: a file (.obj, .stl) or a pair (vertices, triangles).
+    """
+    with _surface_file(surface) as (path, names), _file_of(model) as (file, _, _):
+        return run_program("embed", file, path, _given=names, output=output, scale=scale)
+
+
+def export(what: ModelOrPath | Run, *, glb: Path | None = None, obj: Path | None = None, pc2: Path | None = None,
+           mdd: Path | None = None, vega_basis: Path | None = None, vega_cubic: Path | None = None,
+           matrices: Path | None = None, surface: Path | None = None, model: ModelOrPath | None = None,
+           fps: float | None = None, float_: bool = False) -> dict[str, Any]:
+    """Runs `thrum export`: writes a model or a run for other programs, in the files that are named; returns the report.
+
+    what: a Model, a model file, a Run or its folder. model: that of a run, where it lies elsewhere now.
+    """
+    with tempfile.TemporaryDirectory(prefix="thrum-") as work:
+        beside = model._file(os.path.join(work, "given-model.npz")) if model is not None and not isinstance(model, (str, os.PathLike)) else model
+        return _run_on("export", what.folder if isinstance(what, Run) else what, glb=glb, obj=obj, pc2=pc2, mdd=mdd,
+                       vega_basis=vega_basis, vega_cubic=vega_cubic, matrices=matrices, surface=surface, model=beside,
+                       fps=fps, float=float_)

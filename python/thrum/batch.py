@@ -52,6 +52,9 @@ class Batch:
     def __len__(self) -> int:
         return len(self.states)
 
+    def __repr__(self) -> str:
+        return f"<thrum.Batch states={len(self.states)} rank={self.model.rank}>"
+
     def step(self, count: int = 1) -> npt.NDArray[np.int32]:
         """Makes `count` steps of every state; the statuses of the last one (`Status`), one for each state.
 

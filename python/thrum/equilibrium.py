@@ -5,9 +5,8 @@ SPDX-License-Identifier: Apache-2.0
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypedDict
 
 import numpy as np
 
@@ -21,7 +20,18 @@ _INSTABILITIES = ("none", "bifurcation", "limit")
 _OPTIONS = ("factor", "first_step", "tolerance", "steps_max", "iterations_max", "stay")
 
 
-@dataclass(frozen=True)
+class EquilibriumOptions(TypedDict, total=False):
+    """Options of `Model.equilibrium`; thrum_equilibrium_def says what each is."""
+
+    factor: float
+    first_step: float
+    tolerance: float
+    steps_max: int
+    iterations_max: int
+    stay: bool
+
+
+@dataclass(frozen=True, repr=False)
 class Equilibrium:
     """An equilibrium and how the body came there; thrum_equilibrium_report says what each number is."""
 
@@ -43,6 +53,10 @@ class Equilibrium:
     iterations: int
     factorisations: int
 
+    def __repr__(self) -> str:
+        fate = "stable" if self.stable else "unstable"
+        return f"<thrum.Equilibrium factor={self.factor:.6g} energy={self.energy:.6g} J {fate} residual={self.residual:.1e}>"
+
     @property
     def stable(self) -> bool:
         """Whether the body stays there when it is nudged."""
@@ -55,8 +69,8 @@ def _warn_of(model: Model, shown: Array) -> None:
         return
     look = model.monitor().look(shown)
     if {"compressed", "inverted"} & set(look.warnings):
-        warnings.warn(f"a tetrahedron is compressed to {look.stretch_least:.3f} of its length; below 0.577, StVK gives "
-                      "way: do not trust this shape", RuntimeWarning, stacklevel=4)
+        _native.warn(f"a tetrahedron is compressed to {look.stretch_least:.3f} of its length; below 0.577, StVK gives "
+                     "way: do not trust this shape")
 
 
 def find(model: Model, load: Any, q: Any, options: dict[str, Any]) -> Equilibrium:
@@ -74,8 +88,9 @@ def find(model: Model, load: Any, q: Any, options: dict[str, Any]) -> Equilibriu
     size, report = ffi.new("size_t *"), ffi.new("thrum_equilibrium_report *")
     call(lib.thrum_equilibrium_size, model._c, size)
     workspace = AlignedBlock(size[0])
-    call(lib.thrum_equilibrium, model._c, definition, _native.pointer(force), _native.pointer(at),
-         _native.pointer(mode), workspace.place, workspace.size, ffi.NULL, ffi.NULL, report)
+    _native.call_interruptible(
+        (model._handle(), force, at, mode, workspace), lib.thrum_equilibrium, model._c, definition, _native.pointer(force),
+        _native.pointer(at), _native.pointer(mode), workspace.place, workspace.size, ffi.NULL, ffi.NULL, report)
 
     _warn_of(model, model.shape(at, force * report.factor) if model.shown == rank else model.shape(at))
     numbers = {name: getattr(report, name) for name in Equilibrium.__dataclass_fields__ if name not in ("q", "mode")}

@@ -20,10 +20,13 @@ from ._errors import BadFile, Error, Missing, Status
 from ._native import AlignedBlock, Array, IntArray, call, ffi, lib
 
 if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
+    from ._options import PrecomputeOptions
     from .batch import Batch
-    from .equilibrium import Equilibrium
-    from .monitor import Monitor
-    from .state import State
+    from .equilibrium import Equilibrium, EquilibriumOptions
+    from .monitor import Monitor, MonitorOptions
+    from .state import State, StateOptions
     from .stress import StressNodes, StressPoints
     from .surface import Surface
 
@@ -53,20 +56,25 @@ class Model:
         self._shared: _Handle | None = handle
         # how the model is made again elsewhere: a function of this module and its arguments
         self._recipe = recipe
+        # the file that it was loaded from: its path, time and size
+        self._loaded_from: tuple[str, int, int] | None = None
 
     # --- making and closing --------------------------------------------------------------------
 
     @classmethod
     def load(cls, path: Path) -> Model:
         """Reads a model file (.npz). BadFile where it cannot be read or is no model, with the array and the reason."""
+        seen = _seen(path)
         try:
             data = np.fromfile(os.fspath(path), np.uint8)
         except OSError as error:
             raise BadFile(f"{os.fspath(path)}: {error.strerror}", Status.IO) from error
         try:
-            return cls._from_array(data)
+            model = cls._from_array(data)
         except Error as error:
             raise type(error)(f"{os.fspath(path)}: {error}", error.status) from None
+        model._loaded_from = seen
+        return model
 
     @classmethod
     def from_bytes(cls, data: Any) -> Model:
@@ -83,13 +91,15 @@ class Model:
         return cls(handle, ("bytes", file))
 
     @classmethod
-    def precompute(cls, mesh: Any, output: Path | None = None, **options: Any) -> Model:
+    def precompute(cls, mesh: Any, output: Path | None = None, **options: Unpack[PrecomputeOptions]) -> Model:
         """Makes a model of a tetrahedral mesh with the program `thrum precompute`, which must be installed.
 
-        mesh: a file, the name of a model that comes with Thrum, `beam:20x3x3@1x0.15x0.15`, a meshio mesh, or a pair
-        (vertices n x 3 [m], tets m x 4, 0-based). output: a file for the model; None: none is left behind. options:
-        those of the program with underscores, such as fix="x<0.001", modes=10, rank=20, young=2e6, order=2; a list
-        for an option that may be repeated, True for one without a value. ProgramFailed with the program's message.
+        mesh: a file, the name of a model that comes with Thrum, `beam:20x3x3@1x0.15x0.15`, a Model, a `Mesh` with groups and
+        regions, a meshio mesh, or a pair (vertices n x 3 [m], tets m x 4 or m x 10, 0-based). output: a file for the model;
+        None: none is left behind. options: those of the program with underscores, such as fix="x<0.001", modes=10, rank=20,
+        young=2e6, order=2; a list for an option that may be repeated, True for one without a value. fix also takes a mask of
+        the vertices, n or n x 3 for x, y and z by themselves, or their 0-based numbers, where the mesh is arrays or a Model.
+        ProgramFailed with the program's message.
         """
         with tempfile.TemporaryDirectory(prefix="thrum-") as folder:
             path = os.fspath(output) if output is not None else os.path.join(folder, "model.npz")
@@ -118,6 +128,14 @@ class Model:
         if self._shared is None:
             return "<thrum.Model closed>"
         return f"<thrum.Model rank={self.rank} vertices={self.vertex_count} tets={self.tet_count}>"
+
+    def _file(self, otherwise: str) -> str:
+        """The file that it was loaded from, as long as that is as it was, else `otherwise`, which is written."""
+        self._handle()
+        if self._loaded_from is not None and self._loaded_from == _seen(self._loaded_from[0]):
+            return self._loaded_from[0]
+        self.save(otherwise)
+        return otherwise
 
     def save(self, path: Path) -> None:
         """Writes the file that the model was read from, byte for byte. A model made from another has no file."""
@@ -181,8 +199,7 @@ class Model:
     @property
     def frequencies(self) -> Array:
         """Frequencies of the coordinates at rest [Hz], r."""
-        values: Array = np.sqrt(self.omega2) / (2.0 * np.pi)
-        return values
+        return _native.read_only(np.sqrt(self.omega2) / (2.0 * np.pi))
 
     @property
     def vertices(self) -> Array | None:
@@ -397,7 +414,7 @@ class Model:
 
     # --- what is made for it ---------------------------------------------------------------------
 
-    def state(self, integrator: str = "energy", dt: float = 0.003, **options: Any) -> State:
+    def state(self, integrator: str = "energy", dt: float = 0.003, **options: Unpack[StateOptions]) -> State:
         """A state at rest. options: the other fields of thrum_state_def (`State` lists them)."""
         from .state import State
         return State(self, integrator=integrator, dt=dt, **options)
@@ -407,13 +424,13 @@ class Model:
         from .batch import Batch
         return Batch(self, states)
 
-    def equilibrium(self, load: Any, q: Any = None, **options: Any) -> Equilibrium:
+    def equilibrium(self, load: Any, q: Any = None, **options: Unpack[EquilibriumOptions]) -> Equilibrium:
         """The static equilibrium under a load (r), followed from rest or from the equilibrium q (r).
 
         A RuntimeWarning says where the shape is compressed, or bent further than the basis is made for.
         """
         from .equilibrium import find
-        return find(self, load, q, options)
+        return find(self, load, q, dict(options))
 
     def surface(self, vertices: Any = None, triangles: Any = None) -> Surface:
         """Positions and normals of chosen vertices, for drawing."""
@@ -435,10 +452,19 @@ class Model:
         from .stress import StressNodes
         return StressNodes(self)
 
-    def monitor(self, **options: Any) -> Monitor:
+    def monitor(self, **options: Unpack[MonitorOptions]) -> Monitor:
         """Tells whether the model can be believed where a state is."""
         from .monitor import Monitor
         return Monitor(self, **options)
+
+
+def _seen(path: Path) -> tuple[str, int, int] | None:
+    """The absolute path of a file, its time and its size; None where it cannot be looked at."""
+    try:
+        found = os.stat(path)
+    except OSError:
+        return None
+    return os.path.abspath(path), found.st_mtime_ns, found.st_size
 
 
 def _in_place(file: AlignedBlock) -> _Handle | None:

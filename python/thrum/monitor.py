@@ -6,11 +6,14 @@ SPDX-License-Identifier: Apache-2.0
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any, TypedDict
 
 from . import _native
 from ._native import AlignedBlock, call, ffi, lib
 from .model import Model
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
 
 _OPTIONS = ("stretch_least", "reach_most", "load_share_most")
 _WARNINGS = {1: "compressed", 2: "inverted", 4: "reach", 8: "load"}
@@ -31,18 +34,26 @@ class Look:
     load_share: float
 
 
+class MonitorOptions(TypedDict, total=False):
+    """Options of a monitor; `Monitor` says what each is."""
+
+    stretch_least: float
+    reach_most: float
+    load_share_most: float
+
+
 class Monitor:
     """Looks at coordinates and loads, and remembers the worst. One thread at a time.
 
     Options: stretch_least (default 1/sqrt 3), reach_most (3 tenths of the diagonal), load_share_most (1).
     """
 
-    def __init__(self, model: Model, **options: Any) -> None:
+    def __init__(self, model: Model, **options: Unpack[MonitorOptions]) -> None:
         definition = ffi.new("thrum_monitor_def *", lib.thrum_default_monitor_def())
         for name, value in options.items():
             if name not in _OPTIONS:
                 raise TypeError(f"a monitor has no option {name!r}; it has: {', '.join(_OPTIONS)}")
-            setattr(definition, name, float(value))
+            setattr(definition, name, float(value))  # type: ignore[arg-type]
         size, place = ffi.new("size_t *"), ffi.new("const thrum_monitor **")
         call(lib.thrum_monitor_size, model._shape, definition, size)
         self._block = AlignedBlock(size[0])
@@ -53,6 +64,9 @@ class Monitor:
         self._rank = model.shown
         self._record = ffi.new("thrum_monitor_record *")
         lib.thrum_monitor_clear(self._record)
+
+    def __repr__(self) -> str:
+        return f"<thrum.Monitor looks={self.record.looks} warnings={list(self.record.warnings)}>"
 
     def look(self, q: Any) -> Look:
         """Looks at q (`shown` coordinates)."""

@@ -126,6 +126,9 @@ class Pull:
         self._scene = scene
         self._number = number
 
+    def __repr__(self) -> str:
+        return f"<thrum.Pull {self._number}>"
+
     def move(self, target: Any) -> None:
         """Moves the target [m]."""
         self._scene._call(lib.thrum_scene_pull_move, self._number, _vector(target, "target"))
@@ -264,7 +267,7 @@ class Body:
         force = ffi.new("double[3]")
         self.scene._call(lib.thrum_scene_contact_force, self.number,
                          source if obstacle is None else lib.THRUM_SCENE_OBSTACLE + obstacle, force)
-        return np.array(list(force))
+        return _native.read_only(np.array(list(force)))
 
     @property
     def energies(self) -> dict[str, float]:
@@ -309,7 +312,7 @@ class Body:
         position, velocity = np.empty(3), np.empty(3)
         self.scene._call(lib.thrum_scene_body_vertex, self.number, vertex, _native.pointer(position),
                          _native.pointer(velocity))
-        return position, velocity
+        return _native.read_only(position), _native.read_only(velocity)
 
     def pull(self, vertex: int, target: Any, stiffness: float, damping: float = -1.0) -> Pull:
         """Starts a spring from a vertex (0-based) to a target [m]; stiffness [N/m], damping [N s/m], < 0: critical."""
@@ -384,6 +387,11 @@ class Scene:
         self.links: list[Link] = []
         if gravity is not None:
             self.gravity = gravity
+
+    def __repr__(self) -> str:
+        if self._scene is None:
+            return "<thrum.Scene closed>"
+        return f"<thrum.Scene bodies={len(self.bodies)} links={len(self.links)} steps={self.steps} time={self.time:.6g} s>"
 
     def close(self) -> None:
         """Frees the scene with all its bodies: later calls raise ValueError."""
@@ -564,7 +572,7 @@ class Scene:
         for index in range(int(collisions["touching"] + collisions["struck"])):
             self._call(lib.thrum_scene_collision, index, touch)
             first, second = (self.bodies[number] for number in touch.bodies)
-            position, force, normal, impulse = (np.array(list(getattr(touch, name)))
+            position, force, normal, impulse = (_native.read_only(np.array(list(getattr(touch, name))))
                                                 for name in ("position", "force", "normal", "impulse"))
             found.append(Touch((first, second), position, force, normal, touch.distance, impulse))
         return found
@@ -583,7 +591,7 @@ class Scene:
         """Energies [J] and momenta of all bodies together, by the names of thrum_scene_account."""
         found = ffi.new("thrum_scene_account *")
         self._call(lib.thrum_scene_account_get, found)
-        return {name: np.array(list(getattr(found, name))) if "momentum" in name else getattr(found, name)
+        return {name: _native.read_only(np.array(list(getattr(found, name)))) if "momentum" in name else getattr(found, name)
                 for name, _ in ffi.typeof("thrum_scene_account").fields}
 
     def add_base_motion(self, times: Any, accelerations: Any) -> None:

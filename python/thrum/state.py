@@ -9,7 +9,7 @@ import threading
 from dataclasses import dataclass
 from time import perf_counter
 from types import TracebackType
-from typing import Any
+from typing import TYPE_CHECKING, Any, TypedDict
 
 import numpy as np
 
@@ -17,6 +17,9 @@ from . import _native
 from ._errors import Status
 from ._native import Array, call, ffi, lib
 from .model import Model
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
 
 # fields of the def that are chosen by name, and the name of their type
 _TYPES = {
@@ -31,6 +34,31 @@ _NUMBERS = ("dt", "damping_alpha", "damping_beta", "split_safety", "newmark_beta
 _WHOLE = ("explicit_count", "iterations_max")
 _PLASTIC = ("plastic_yield", "plastic_creep", "plastic_largest")
 _SWITCHES = ("adaptive", "fallback", "frequency_matched", "untrained_flow")
+
+
+class StateOptions(TypedDict, total=False):
+    """Options of a state beside integrator and dt; `State` says what each is."""
+
+    damping_alpha: float
+    damping_beta: float
+    damping_form: str
+    split_form: str
+    split_rule: str
+    split_safety: float
+    explicit_count: int
+    newmark_beta: float
+    newmark_gamma: float
+    tolerance: float
+    iterations_max: int
+    solver: str
+    kernel: str
+    adaptive: bool
+    fallback: bool
+    frequency_matched: bool
+    untrained_flow: bool
+    plastic_yield: float
+    plastic_creep: float
+    plastic_largest: float
 
 
 def state_def(options: dict[str, Any]) -> Any:
@@ -136,14 +164,14 @@ class State:
     pickled with its model and continues with the same bits.
     """
 
-    def __init__(self, model: Model, **options: Any) -> None:
+    def __init__(self, model: Model, integrator: str = "energy", dt: float = 0.003, **options: Unpack[StateOptions]) -> None:
         self.model = model
-        self._options = options
+        self._options: dict[str, Any] = {"integrator": integrator, "dt": dt, **options}
         self._lock = threading.Lock()
         self._model_handle = model._handle()
         self._c_model = model._c
         place = ffi.new("thrum_state **")
-        call(lib.thrum_state_create, self._c_model, state_def(options), place)
+        call(lib.thrum_state_create, self._c_model, state_def(self._options), place)
         self._state: Any = ffi.gc(place[0], lib.thrum_state_destroy, lib.thrum_state_bytes(place[0]))
         self._force = np.zeros(model.rank)
         self._error = _native.new_error()
@@ -314,7 +342,7 @@ class State:
         modes = ffi.new("thrum_stepped_mode[]", len(self._force))
         with self._lock:
             call(lib.thrum_state_stepped_modes, self._c_model, self._open(), modes)
-        return np.array([mode.stepped_hertz for mode in modes])
+        return _native.read_only(np.array([mode.stepped_hertz for mode in modes]))
 
 
 def _state_from_parts(model: Model, options: dict[str, Any], snapshot: bytes, force: Array) -> State:

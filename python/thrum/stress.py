@@ -11,11 +11,17 @@ from typing import Any
 import numpy as np
 
 from . import _native
-from ._native import AlignedBlock, Array, IntArray, call, ffi, lib
+from ._native import AlignedBlock, Array, IntArray, call, ffi, lib, read_only
 from .model import Model
 
 
-@dataclass(frozen=True)
+def _largest(values: Array) -> float:
+    """NaN where there is none."""
+    finite = values[np.isfinite(values)]
+    return float(finite.max()) if finite.size else float("nan")
+
+
+@dataclass(frozen=True, repr=False)
 class Stress:
     """Values at count points. A symmetric tensor is six numbers xx, yy, zz, xy, yz, xz."""
 
@@ -24,6 +30,9 @@ class Stress:
     cauchy: Array  # count x 6 [Pa]; NaN where the tetrahedron is inverted
     von_mises: Array  # count [Pa]; NaN where it is inverted
     stretch: Array  # count: least principal stretch [1]; below 0: inverted
+
+    def __repr__(self) -> str:
+        return f"<thrum.Stress points={len(self.von_mises)} von_mises up to {_largest(self.von_mises):.4g} Pa>"
 
 
 class StressPoints:
@@ -45,10 +54,13 @@ class StressPoints:
     def __len__(self) -> int:
         return int(lib.thrum_stress_points_count(self._points))
 
+    def __repr__(self) -> str:
+        return f"<thrum.StressPoints points={len(self)}>"
+
     @property
     def tets(self) -> IntArray:
         """0-based tetrahedron of each point."""
-        return np.array([lib.thrum_stress_points_tet(self._points, n) for n in range(len(self))], np.int32)
+        return read_only(np.array([lib.thrum_stress_points_tet(self._points, n) for n in range(len(self))], np.int32))
 
     def read(self, q: Any) -> Stress:
         """Stress and strain at q (`shown` coordinates of the model)."""
@@ -64,12 +76,15 @@ class StressPoints:
         return found
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class NodeStress:
     """Values at count nodes. A symmetric tensor is six numbers xx, yy, zz, xy, yz, xz."""
 
     cauchy: Array  # count x 6 [Pa]; NaN next to a tetrahedron that is inverted
     von_mises: Array  # count [Pa]; NaN there too
+
+    def __repr__(self) -> str:
+        return f"<thrum.NodeStress nodes={len(self.von_mises)} von_mises up to {_largest(self.von_mises):.4g} Pa>"
 
 
 class StressNodes:
@@ -93,15 +108,18 @@ class StressNodes:
     def __len__(self) -> int:
         return int(lib.thrum_stress_nodes_count(self._nodes))
 
+    def __repr__(self) -> str:
+        return f"<thrum.StressNodes nodes={len(self)}>"
+
     @property
     def vertices(self) -> IntArray:
         """0-based vertex of each node."""
-        return np.array([lib.thrum_stress_nodes_vertex(self._nodes, n) for n in range(len(self))], np.int32)
+        return read_only(np.array([lib.thrum_stress_nodes_vertex(self._nodes, n) for n in range(len(self))], np.int32))
 
     @property
     def regions(self) -> IntArray:
         """0-based region of each node."""
-        return np.array([lib.thrum_stress_nodes_region(self._nodes, n) for n in range(len(self))], np.int32)
+        return read_only(np.array([lib.thrum_stress_nodes_region(self._nodes, n) for n in range(len(self))], np.int32))
 
     @property
     def extrapolated(self) -> bool:

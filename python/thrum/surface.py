@@ -46,6 +46,10 @@ class Surface:
         self._rank = model.shown
         self.vertex_count = int(lib.thrum_surface_vertex_count(self._surface))
 
+    def __repr__(self) -> str:
+        triangles = 0 if self.triangles is None else len(self.triangles)
+        return f"<thrum.Surface vertices={self.vertex_count} triangles={triangles}>"
+
     def positions(self, q: Any, out: FloatArray | None = None) -> FloatArray:
         """X + U q [m], count x 3, into `out` if it is given; q: `shown` coordinates of the model."""
         return self._read(lib.THRUM_SURFACE_POSITIONS, q, out)

@@ -14,7 +14,7 @@ from typing import Any, Union
 from . import _program
 from .model import Model
 
-Shown = Union[Model, str, "os.PathLike[str]"]
+Shown = Union[Model, _program.Run, str, "os.PathLike[str]"]
 
 
 class View:
@@ -41,7 +41,7 @@ class View:
 def view(*what: Shown, height: int = 480, **options: Any) -> View:
     """Makes the page that `thrum view` shows, with the program, which must have been built with its viewer.
 
-    what: models, model files, names of models that come with Thrum, or one scene file. height: of the cell, in pixels.
+    what: models, model files, names of models that come with Thrum, one scene file, or one `Run`. height: of the cell, in pixels.
     options: those of the program with underscores, such as surface="skin.obj". ProgramFailed with the program's message.
     """
     folder = tempfile.mkdtemp(prefix="thrum-")
@@ -51,6 +51,8 @@ def view(*what: Shown, height: int = 480, **options: Any) -> View:
             if isinstance(item, Model):
                 names.append(os.path.join(folder, f"model{number or ''}.npz"))
                 item.save(names[-1])
+            elif isinstance(item, _program.Run):
+                names.append(item.folder)
             else:
                 names.append(os.fspath(item))
         page = os.path.join(folder, "view.html")

@@ -1,14 +1,168 @@
 """The program from Python: runs, statics, refusals. SPDX-License-Identifier: Apache-2.0"""
 import os
 import pickle
+import signal
+import threading
+import time
 import unittest
 import warnings
+from types import SimpleNamespace
 from unittest import mock
 
 import numpy as np
-from support import FOLDER, beam, beam_file
+from support import FOLDER, beam, beam_file, block
 
 import thrum
+from thrum._program import arguments
+
+SOLID = {"young": 1e6, "poisson": 0.3, "density": 1000.0}
+
+
+def box(nodes=4):
+    """A bar of 2 x 1 x 1 m of twelve tetrahedra, with nodes in the middle of edges where it has ten a tetrahedron."""
+    place = {}
+    corners, tets = [], []
+
+    def vertex(*at):
+        if at not in place:
+            place[at] = len(corners)
+            corners.append(at)
+        return place[at]
+
+    # six tetrahedra around the diagonal of each cell
+    for x in (0.0, 1.0):
+        for first, second in ((0, 1), (0, 2), (1, 0), (1, 2), (2, 0), (2, 1)):
+            at = [x, 0.0, 0.0]
+            tet = [vertex(*at)]
+            for axis in (first, second, 3 - first - second):
+                at[axis] += 1.0
+                tet.append(vertex(*at))
+            if np.linalg.det(np.array([corners[v] for v in tet[1:]]) - corners[tet[0]]) < 0:
+                tet[1:3] = tet[2], tet[1]
+            tets.append(tet)
+    if nodes == 10:
+        for tet in tets:
+            ends = [np.array(corners[v]) for v in tet]
+            for a, b in ((0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3)):
+                tet.append(vertex(*(0.5 * (ends[a] + ends[b])).tolist()))
+    return np.array(corners), np.array(tets)
+
+
+class Interrupts(unittest.TestCase):
+    """An interrupt is obeyed within a tenth of a second, which a busy machine makes a few."""
+
+    def interrupted(self, call, after=0.3):
+        timer = threading.Timer(after, os.kill, (os.getpid(), signal.SIGINT))
+        began = time.monotonic()
+        timer.start()
+        with self.assertRaises(KeyboardInterrupt):
+            call()
+        self.assertLess(time.monotonic() - began, after + 1.5)
+
+    def test_programs_end(self):
+        # a stand-in that never ends by itself, and does not obey either
+        script = FOLDER + "/endless"
+        with open(script, "w", encoding="ascii") as file:
+            file.write("#!/bin/sh\ntrap '' INT\necho $$ > " + FOLDER + "/pid\nwhile :; do sleep 0.02; done\n")
+        os.chmod(script, 0o755)
+        with mock.patch.dict(os.environ, THRUM_PROGRAM=script):
+            self.interrupted(lambda: thrum.static(beam_file()))
+        with open(FOLDER + "/pid", encoding="ascii") as file:
+            number = int(file.read())
+        with self.assertRaises(ProcessLookupError):
+            os.kill(number, 0)
+
+    def test_calls_of_the_library_end(self):
+        # the search goes on by itself, with what it needs, and the model stays whole
+        model = beam()
+        load = model.external_load((0, 0, -1e-3), group="tip")
+        with mock.patch("thrum.equilibrium.lib") as library:
+            library.thrum_default_equilibrium_def = thrum._native.lib.thrum_default_equilibrium_def
+            library.thrum_equilibrium_size = thrum._native.lib.thrum_equilibrium_size
+            library.thrum_equilibrium = lambda *_: time.sleep(3) or 0
+            self.interrupted(lambda: model.equilibrium(load))
+        self.assertTrue(model.equilibrium(load).stable)
+
+        state = model.state()
+        self.interrupted(lambda: model.batch([state]).step(10**9))
+        scene = thrum.Scene()
+        scene.add_body(model)
+        self.interrupted(lambda: scene.step(10**9))
+
+
+class Arguments(unittest.TestCase):
+    def test_options(self):
+        given = {"fix": ["x<0.1", "tip:z"], "spin": (0, 3.5, 0), "yield_": 0.01, "full": True, "stress": False, "rank": None,
+                 "train_dt": 0.1, "ranks": np.array([10, 20])}
+        self.assertEqual(arguments(given), ["--fix=x<0.1", "--fix=tip:z", "--spin=0.0,3.5,0.0", "--yield=0.01", "--full",
+                                            "--train-dt=0.1", "--ranks=10,20"])
+
+
+class Meshes(unittest.TestCase):
+    def made(self, mesh, **options):
+        return thrum.Model.precompute(mesh, **{**SOLID, "order": "auto", "modes": 3, "rank": 3, **options})
+
+    def test_groups_and_regions(self):
+        vertices, tets = box()
+        far = vertices[:, 0] > 1.5
+        named = np.where(tets.max(axis=1) >= 8, "hard part", "soft")
+        mesh = thrum.Mesh(vertices, tets, {"far": far, "Far": np.flatnonzero(far)[:1]}, named)
+        self.assertIn("'Far', 'far'", repr(mesh))
+        model = self.made(mesh, fix="x<0.1", order=1, material=["hard part:2e6,0.3,1000", "soft:1e6,0.2,900"])
+        np.testing.assert_array_equal(model.group("far"), np.flatnonzero(far))
+        self.assertEqual(len(model.group("Far")), 1)
+        np.testing.assert_array_equal(np.sort(model.material[:, 0]), [1e6, 2e6])
+        np.testing.assert_array_equal(model.vertices, vertices)
+
+        # what is named wrongly is refused before anything is written
+        for wrong in ({"groups": {"a": far[1:]}}, {"groups": {"a": [99]}}, {"groups": {'a"': [0]}}, {"regions": [1]},
+                      {"groups": {"a": [0.5]}}, {"regions": np.ones(len(tets))}):
+            with self.assertRaisesRegex(ValueError, "groups|regions"):
+                thrum.Mesh(vertices, tets, **wrong)
+
+    def test_ten_nodes(self):
+        """Ten nodes in arrays are those that the program makes of four: a wrong order would turn elements inside out."""
+        linear = self.made(box(), fix="x<0.1", order=2)
+        quadratic = self.made(box(10), fix="x<0.1")
+        self.assertEqual(quadratic.vertex_count, linear.vertex_count)
+        np.testing.assert_allclose(quadratic.frequencies, linear.frequencies, rtol=1e-9)
+        self.assertEqual(thrum.check(box(10))["order"], 2)
+
+    def test_vertices_to_hold(self):
+        vertices, tets = box()
+        held = vertices[:, 0] < 0.1
+        wanted = self.made((vertices, tets), fix="x<0.1", order=1)
+        sliding = np.zeros((len(vertices), 3), bool)
+        sliding[held] = True, True, False
+        sliding[np.flatnonzero(held)[0]] = True
+        for fix in (held, np.flatnonzero(held), np.flatnonzero(held).tolist(), [held, "x<0.1"]):
+            np.testing.assert_array_equal(self.made((vertices, tets), fix=fix, order=1).fixed, wanted.fixed)
+        found = self.made((vertices, tets), fix=sliding, order=1).fixed
+        np.testing.assert_array_equal([[bits >> axis & 1 for axis in range(3)] for bits in found], sliding)
+
+        # of a Model, by its vertices; of a file the numbers are not those of arrays
+        model = thrum.Model.precompute(wanted, fix=held, modes=3, rank=3)
+        np.testing.assert_array_equal(model.fixed, wanted.fixed)
+        with self.assertRaisesRegex(ValueError, "fix: vertices of a mesh file"):
+            self.made("beam:2x1x1@2x1x1", fix=held)
+        with self.assertRaisesRegex(ValueError, "fix: it names no vertex"):
+            self.made((vertices, tets), fix=np.zeros(len(vertices), bool))
+        with self.assertRaisesRegex(ValueError, "fix: a mask has 12 entries"):
+            self.made((vertices, tets), fix=np.ones(3, bool))
+
+    def test_meshio(self):
+        vertices, tets = box()
+        far = np.flatnonzero(vertices[:, 0] > 1.5)
+        cells = [SimpleNamespace(type="triangle", data=far[None, :3]), SimpleNamespace(type="tetra", data=tets)]
+        given = SimpleNamespace(points=vertices, cells=cells, point_sets={"end": far},
+                                cell_data={"gmsh:physical": [np.array([7]), np.where(np.arange(len(tets)) < 6, 1, 2)]},
+                                field_data={"face": (7, 2), "left": (1, 3)})
+        model = self.made(given, fix="x<0.1", order=1, material="left:2e6,0.3,1000")
+        np.testing.assert_array_equal(model.group("end"), far)
+        np.testing.assert_array_equal(model.group("face"), np.sort(far[:3]))
+        self.assertEqual(sorted(model.material[:, 0]), [1e6, 2e6])
+        with self.assertRaisesRegex(ValueError, "tetra or tetra10"):
+            self.made(SimpleNamespace(points=vertices, cells=cells[:1]))
 
 
 class Program(unittest.TestCase):
@@ -36,6 +190,44 @@ class Program(unittest.TestCase):
         found = model.equilibrium(model.external_load(gravity=(0, 0, -9.81)))
         self.assertAlmostEqual(report["energy_j"] / found.energy, 1.0, 9)
 
+    def test_models_stand_for_files(self):
+        model = beam()
+        self.assertEqual(model._file("unused"), beam_file())
+        report = thrum.info(model, dt=0.001)
+        self.assertEqual(report["rank"], model.rank)
+        by_file, by_model = (thrum.static(given, load="gravity:0,0,-9.81") for given in (beam_file(), model))
+        self.assertEqual(by_model["energy_j"], by_file["energy_j"])
+
+        # a model without a file, or whose file has changed, is written beside the run, which refers to it
+        with open(beam_file(), "rb") as file:
+            bare = thrum.Model.from_bytes(file.read())
+        run = thrum.simulate(bare, FOLDER + "/bare/", time=0.03, start="mode:1,0.01", accept_error="100%")
+        self.assertTrue(os.path.exists(FOLDER + "/bare.model.npz"))
+        self.assertIn("done", repr(run))
+        half = thrum.simulate(bare, FOLDER + "/half", time=0.03, dt=0.0015, start="mode:1,0.01", accept_error="100%")
+        apart = thrum.compare(run, half)
+        self.assertEqual(apart, thrum.compare(run.folder, half.folder))
+        self.assertIn("warnings", thrum.info(run))
+        thrum.export(run, obj=FOLDER + "/bare.obj", glb=FOLDER + "/bare.glb", fps=0)
+        self.assertTrue(os.path.getsize(FOLDER + "/bare.glb") > 0)
+
+        # a condensed model has none
+        with self.assertRaisesRegex(ValueError, "no file"):
+            thrum.info(model.condense(6))
+        model.close()
+        with self.assertRaisesRegex(ValueError, "closed"):
+            thrum.info(model)
+
+    def test_surfaces(self):
+        model = block()
+        thrum.embed(model, (model.vertices, model.outer_triangles()), FOLDER + "/skin.npz")
+        self.assertEqual(thrum.info(FOLDER + "/skin.npz")["vertices"], model.vertex_count)
+        with self.assertRaisesRegex(thrum.ProgramFailed, "^surface"):
+            thrum.mesh(([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]]), FOLDER + "/open.msh")
+        self.assertFalse(os.path.exists(FOLDER + "/open.msh"))
+        with self.assertRaisesRegex(ValueError, "triangles are not m x 3"):
+            thrum.mesh((model.vertices, model.tets), FOLDER + "/none.msh")
+
     def test_view(self):
         # a stand-in for the viewer's page, which not every build has: the program fills its slot with the model
         page = FOLDER + "/page.html"
@@ -52,6 +244,15 @@ class Program(unittest.TestCase):
         with self.assertWarnsRegex(RuntimeWarning, "its linear tetrahedra are too stiff"):
             thrum.precompute("beam:8x1x1@1x0.1x0.1", FOLDER + "/thin.npz", fix="x<0.001", order=1, modes=2,
                              rank=4)
+
+        # a refusal has its own line alone, and what was warned of before it is a warning of the line that called
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            with self.assertRaises(thrum.ProgramFailed) as refused:
+                thrum.Model.precompute("beam:8x1x1@1x0.1x0.1", fix="x<0.001", order=1, density=1e5, handles="nowhere", rank=4)
+        self.assertNotIn("warning", str(refused.exception))
+        self.assertNotIn("\n", str(refused.exception))
+        self.assertEqual({warning.filename for warning in caught}, {__file__})
 
     def test_unit(self):
         """A mesh in millimetres is asked about in Python's names, and a unit or a scale answers."""

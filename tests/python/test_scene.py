@@ -10,6 +10,46 @@ from support import beam, block
 import thrum
 
 
+def shown_by(thing):
+    """Arrays that the properties of an object show, each with its name."""
+    for name in dir(type(thing)):
+        if name.startswith("_") or not isinstance(getattr(type(thing), name), property):
+            continue
+        values = [getattr(thing, name)]
+        while values:
+            value = values.pop()
+            if isinstance(value, dict):
+                values += value.values()
+            elif isinstance(value, (list, tuple)):
+                values += value
+            elif isinstance(value, np.ndarray):
+                yield f"{type(thing).__name__}.{name}", value
+
+
+class Objects(unittest.TestCase):
+    def test_arrays_of_properties_are_read_only_and_reprs_say_what_things_are(self):
+        model = block()
+        state = model.state()
+        rest = beam().equilibrium(beam().external_load((0, 0, -1e-3), group="tip"))
+        scene = thrum.Scene(dt=0.002)
+        body = scene.add_body(model, free=True, triangles=model.outer_triangles())
+        pull = body.pull(0, (0, 0, 1), 100.0)
+        link = scene.add_link("spring", body, place=(0, 0, 0), other_place=(0, 0, 1), stiffness=10.0)
+        scene.step()
+        things = [model, state, state.energies, state.report, model.batch([state]), rest, model.monitor(),
+                  model.surface(), model.stress_nodes(), model.stress_points(), model.stress_points().read(state.q),
+                  model.stress_nodes().read(state.q), scene, body, pull, link, thrum.Obstacle(), thrum.Load(force=(0, 0, 1)),
+                  thrum.Mesh(model.vertices, model.tets)]
+        found = [pair for thing in things for pair in shown_by(thing)]
+        self.assertGreater(len(found), 20)
+        self.assertEqual([name for name, array in found if array.flags.writeable], [])
+
+        # no address, no array, and one line
+        for thing in things:
+            self.assertNotRegex(repr(thing), " at 0x|array\\(|\n")
+            self.assertLess(len(repr(thing)), 900)
+
+
 class Scenes(unittest.TestCase):
     def test_free_fall(self):
         """A free body falls by g t^2 / 2, and keeps its energy."""
