@@ -10,10 +10,11 @@
 #include "config/message.h"
 #include "driver/scene/scene_run_sphere.h"
 #include "driver/scene/scene_run_world.h"
+#include "runtime/material/jacobi.h"
 
-#define OBSTACLE_DEPTH 0.25 /* of a body's diagonal: a vertex so deep has crossed an obstacle */
-#define NEAR_SHARE 0.35     /* of the thickness, missing at the start: from there bodies tremble */
-#define NAMES_MAX 4         /* bodies that a warning names */
+#define OBSTACLE_DEPTH 0.5 /* of a body's thickness: a vertex so deep went through an obstacle */
+#define NEAR_SHARE 0.35    /* of the thickness, missing at the start: from there bodies tremble */
+#define NAMES_MAX 4        /* bodies that a warning names */
 
 /* Are there obstacles that vertices touch, none of which is as soft as the file asks? */
 static bool has_hard_obstacles(const scene_run *run) {
@@ -29,10 +30,36 @@ static bool has_hard_obstacles(const scene_run *run) {
   return any;
 }
 
-/* The box of a body at rest, and its diagonal as it is scaled. */
+/* How far a body extends along the principal axes of its vertices, the least of them: a plate that
+ * stands aslant in its mesh is as thin as one that does not. */
+static double find_thickness(const thrum_model *model) {
+  const int64_t count = model->vertex_count;
+  double middle[3] = {0}, spread[9] = {0}, axes[9], thickness = INFINITY;
+  for (int64_t c = 0; c < 3 * count; c++)
+    middle[c % 3] += model->vertices[c] / (double)count;
+  for (int64_t v = 0; v < count; v++)
+    for (int n = 0; n < 9; n++)
+      spread[n] += (model->vertices[3 * v + n / 3] - middle[n / 3]) *
+                   (model->vertices[3 * v + n % 3] - middle[n % 3]);
+  thrum_jacobi(3, spread, axes);
+
+  for (int axis = 0; axis < 3; axis++) {
+    double least = INFINITY, most = -INFINITY;
+    for (int64_t v = 0; v < count; v++) {
+      const double *x = model->vertices + 3 * v;
+      const double at = axes[axis] * x[0] + axes[3 + axis] * x[1] + axes[6 + axis] * x[2];
+      least = fmin(least, at);
+      most = fmax(most, at);
+    }
+    thickness = fmin(thickness, most - least);
+  }
+  return thickness;
+}
+
+/* The box of a body at rest, and its diagonal and thickness as it is scaled. */
 static void find_box(scene_body_run *body) {
   const thrum_model *model = body->model;
-  double square = 0;
+  double square = 0, thickness = find_thickness(model);
   for (int axis = 0; axis < 3; axis++) {
     body->least[axis] = INFINITY;
     body->most[axis] = -INFINITY;
@@ -42,8 +69,10 @@ static void find_box(scene_body_run *body) {
     }
     const double side = body->most[axis] - body->least[axis];
     square += side * side;
+    thickness = fmin(thickness, side);
   }
   body->diagonal = body->spec->scale * sqrt(square);
+  body->thickness = body->spec->scale * thickness;
 }
 
 thrum_status scene_run_look_for_crossings(scene_run *run, thrum_error *error) {
@@ -95,9 +124,10 @@ void scene_run_note_depths(scene_run *run) {
   scene_run_note_spheres(run);
 }
 
-/* Was a vertex of the body so deep in a plane, a sphere or a room that the body went through it? */
+/* Was a vertex of the body so deep in a plane, a sphere or a room that the body went through it? A
+ * plate may be below a floor as a whole, and no deeper than it is thick. */
 static bool went_through(const scene_body_run *body) {
-  return body->diagonal > 0 && body->obstacle_depth > OBSTACLE_DEPTH * body->diagonal;
+  return body->diagonal > 0 && body->obstacle_depth > OBSTACLE_DEPTH * body->thickness;
 }
 
 /* Did a touch become as deep as the thickness, so that surfaces met? */
@@ -203,10 +233,9 @@ void scene_run_warn_of_depth(const scene_run *run) {
   for (int64_t n = 0; n < run->spec.bodies.count; n++) {
     const scene_body_run *body = run->bodies + n;
     if (went_through(body))
-      config_warn("body '%.100s' was %.2g m deep in an obstacle, %.0f %% of its diagonal: do not "
-                  "trust it; take a shorter dt",
-                  body->spec->name, body->obstacle_depth,
-                  100 * body->obstacle_depth / body->diagonal);
+      config_warn("body '%.100s' was %.2g m deep in an obstacle, and is %.2g m thick: do not trust "
+                  "it; take a shorter dt",
+                  body->spec->name, body->obstacle_depth, body->thickness);
     else if (body->passed > 0)
       config_warn("body '%.100s' went over obstacles[%d], a sphere, between its vertices or within "
                   "a step: do not trust it; take a shorter dt, a finer mesh, or a capsule, whose "

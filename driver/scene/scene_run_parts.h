@@ -55,6 +55,7 @@ typedef struct scene_body_run {
   char folder[RUN_PATH_MAX + 80];
   char gravity[100];     /* as a load's text */
   double diagonal;       /* of its box at rest; 0: not looked at [m] */
+  double thickness;      /* its smallest extent at rest, along its own axes or the mesh's [m] */
   double obstacle_depth; /* of its vertices in planes, spheres and rooms, the largest so far [m] */
   double least[3], most[3]; /* that box, in the mesh [m] */
   double *sphere_at; /* 3 each of the obstacles: of spheres, the centre in the axes of the mesh as

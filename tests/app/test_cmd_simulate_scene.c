@@ -1296,6 +1296,16 @@ static void a_body_deep_in_a_plane_flags_the_run(void **state) {
                  " \"position\": [0, 0, 0.6]}],\n"
                  " \"obstacles\": [{\"shape\": \"plane\"}]}",
                  deep, 3);
+
+  // a plate is below the floor as a whole where it is deeper than it is thick
+  static const char *const below[] = {"body 'p' was 0.", "m deep in an obstacle",
+                                      "is 0.02 m thick"};
+  expect_crossed("{\"dt\": 0.02, \"time\": 0.6, \"gravity\": [0, 0, -9.81], \"bodies\": [\n"
+                 " {\"name\": \"p\", \"model\": \"beam:6x6x1@0.5x0.5x0.02\", \"order\": 1,"
+                 " \"free\": true, \"position\": [0, 0, 1.25], \"velocity\": [0, 0, -10],"
+                 " \"material\": {\"young\": 1.2e5}}],\n"
+                 " \"obstacles\": [{\"shape\": \"plane\"}]}",
+                 below, 3);
   cJSON_Delete(simulate("{\"dt\": 0.01, \"time\": 1, \"gravity\": [0, 0, -9.81], \"bodies\": [\n"
                         " {\"model\": \"free.npz\", \"free\": true, \"position\": [0, 0, 0.2]}],\n"
                         " \"obstacles\": [{\"shape\": \"plane\", \"stiffness\": 1e5}]}",
