@@ -429,7 +429,7 @@ static void print_run(const trade *t, const tradeoff_run *run, const char *note)
 
   // the columns of the table: the setting, its cost, and its errors by their sources
   printf("%-8s %6s%3" PRId64 " %-7s %-8s %8.4g %9.0e %9.2f %10.2e %8.0f %8.3g %% %8.3g %% %8.3g %% "
-                             "%8.3g %% %8.3g %%%s%s\n",
+         "%8.3g %% %8.3g %%%s%s\n",
          experiment_scheme_names[run->integrator], masters, basis->rank,
          recipe->trained      ? "trained"
          : recipe->modes == 0 ? "own"
