@@ -9,6 +9,7 @@
 #include "app/cmd.h"
 #include "config/message.h"
 #include "config/options.h"
+#include "driver/export/array_code.h"
 #include "driver/export/glb.h"
 #include "driver/export/vertex_cache.h"
 #include "driver/make/named_model.h"
@@ -21,7 +22,7 @@
 #include "precompute/model/model_fem.h"
 #include "precompute/vega_reduced.h"
 
-#define FILES_MAX 9
+#define FILES_MAX 15
 #define FPS_DEFAULT 60
 
 typedef struct export_request {
@@ -31,6 +32,7 @@ typedef struct export_request {
   const char *surface; /* shown in place of the skin */
   double fps;
   const char *vega_basis, *vega_cubic, *matrices;
+  const char *numpy, *torch, *jax;
   bool single, json;
 } export_request;
 
@@ -71,6 +73,12 @@ static const config_option options[] = {
     OPTION_FLAG("float", "U in single precision (.URendering.float)", AT(single)),
     OPTION_TEXT("vega-cubic", "FILE.cub", NULL, "the reduced forces as VegaFEM's cubic polynomials",
                 AT(vega_cubic)),
+    OPTION_TEXT("numpy", "FILE.py", NULL,
+                "readable array code: energy, force, tangent and steps of any number of bodies at "
+                "once, with its numbers in FILE_coefficients.npz",
+                AT(numpy)),
+    OPTION_TEXT("torch", "FILE.py", NULL, "the same for PyTorch, which derives it", AT(torch)),
+    OPTION_TEXT("jax", "FILE.py", NULL, "the same for JAX", AT(jax)),
     OPTION_TEXT("matrices", "PREFIX", NULL,
                 "stiffness [N/m] and mass [kg] of the free components as Matrix Market, "
                 "PREFIX.K.mtx and PREFIX.M.mtx, and in PREFIX.rows.txt the vertex and axis of "
@@ -98,6 +106,7 @@ const config_command command_export = {
                 "export run --surface shown.npz --glb run.glb\n"
                 "export beam.npz --vega-basis beam.U --vega-cubic beam.cub\n"
                 "export beam.npz --vega-basis beam.URendering.float --float\n"
+                "export beam.npz --numpy beam_arrays.py\n"
                 "export bridge --matrices bridge",
 };
 
@@ -110,7 +119,10 @@ static int check_files(const export_request *request) {
                {"--mdd", request->mdd},
                {"--obj", request->obj},
                {"--vega-basis", request->vega_basis},
-               {"--vega-cubic", request->vega_cubic}};
+               {"--vega-cubic", request->vega_cubic},
+               {"--numpy", request->numpy},
+               {"--torch", request->torch},
+               {"--jax", request->jax}};
 
   // each file against the inputs and against those before it
   const int count = (int)(sizeof files / sizeof *files);
@@ -181,10 +193,11 @@ static int read_options(int argc, char **argv, export_request *request) {
 
   // what is written decides what must be read
   const bool motion = request->glb || request->pc2 || request->mdd;
-  const bool of_model = request->vega_basis || request->vega_cubic || request->matrices;
+  const bool of_model = request->vega_basis || request->vega_cubic || request->matrices ||
+                        request->numpy || request->torch || request->jax;
   if (!motion && !of_model && !request->obj)
     return config_usage("export", "say what to write: --glb, --pc2, --mdd, --obj, --vega-basis, "
-                                  "--vega-cubic or --matrices");
+                                  "--vega-cubic, --numpy, --torch, --jax or --matrices");
   CONFIG_TRY(check_form(request));
 
   // the bodies of a scene have surfaces and models of their own
@@ -213,8 +226,8 @@ static int read_options(int argc, char **argv, export_request *request) {
     return refuse_still(request->model);
   if (of_model && is_run)
     return config_usage("export",
-                        "--vega-basis, --vega-cubic and --matrices are of a model: name its "
-                        "file, not '%s'",
+                        "--vega-basis, --vega-cubic, --numpy, --torch, --jax and --matrices "
+                        "are of a model: name its file, not '%s'",
                         request->model);
 
   if (!is_run && request->run_model)
@@ -256,6 +269,31 @@ static thrum_status write_matrices(const thrum_model *model, const char *prefix,
   return status;
 }
 
+/* The code for each array library that is asked for, with its coefficients. */
+static thrum_status write_arrays(const export_request *request, const thrum_model *model,
+                                 export_files *files, thrum_error *error) {
+  const struct {
+    const char *path, *what;
+    array_library library;
+  } codes[] = {{request->numpy, "numpy", ARRAY_NUMPY},
+               {request->torch, "torch", ARRAY_TORCH},
+               {request->jax, "jax", ARRAY_JAX}};
+  thrum_status status = THRUM_OK;
+  for (size_t n = 0; n < sizeof codes / sizeof *codes && status >= 0; n++) {
+    char coefficients[4200];
+    if (codes[n].path == NULL)
+      continue;
+    status = array_code_write(codes[n].path, codes[n].library, model, error);
+    THRUM_THEN(status,
+               array_code_coefficients(codes[n].path, coefficients, sizeof coefficients, error));
+    if (status >= 0) {
+      note(files, codes[n].what, codes[n].path, "");
+      note(files, "coefficients", coefficients, "");
+    }
+  }
+  return status;
+}
+
 static thrum_status write_all(const export_request *request, const thrum_model *model,
                               export_files *files, thrum_error *error) {
   thrum_status status = THRUM_OK;
@@ -264,6 +302,8 @@ static thrum_status write_all(const export_request *request, const thrum_model *
                                     request->single, error);
   if (status >= 0 && request->vega_cubic)
     status = thrum_vega_cubic_write(note(files, "cubic", request->vega_cubic, ""), model, error);
+  if (status >= 0)
+    status = write_arrays(request, model, files, error);
   if (status >= 0 && request->matrices)
     status = write_matrices(model, request->matrices, files, error);
   return status;
