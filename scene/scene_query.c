@@ -2,6 +2,7 @@
  */
 #include "core/base/fp_contract.h"
 
+#include "core/base/finite.h"
 #include "scene/scene_access.h"
 #include "scene/scene_shape.h"
 
@@ -156,8 +157,18 @@ thrum_status thrum_scene_body_vertex(thrum_scene *scene, int32_t number, int64_t
   THRUM_TRY(read_body(scene, number, velocity != NULL, &body, error));
   THRUM_TRY(scene_vertex_check(body, vertex, error));
   const thrum_model *model = body->model;
-  scene_point(body, model->vertices + 3 * vertex, model->basis + 3 * vertex * model->rank, position,
-              velocity);
+  double x[3], v[3] = {0};
+  scene_point(body, model->vertices + 3 * vertex, model->basis + 3 * vertex * model->rank, x,
+              velocity != NULL ? v : NULL);
+
+  // a body that was stopped may have been on its way beyond all numbers
+  if (!thrum_all_finite(x, 3) || !thrum_all_finite(v, 3))
+    return thrum_error_set(error, THRUM_NOT_FINITE,
+                           "body '%s': a vertex is beyond the range of finite numbers, or as fast",
+                           body->name);
+  memcpy(position, x, sizeof x);
+  if (velocity != NULL)
+    memcpy(velocity, v, sizeof v);
   return THRUM_OK;
 }
 

@@ -9,7 +9,8 @@
  *   newmark, midpoint   20     52     84     90     82 %
  *   imexv               11     30     48     90     82 %
  *
- * as `energy` turns modes with wh <= 1 at their own frequency. A mode out of phase has up to about
+ * as `energy` turns modes with wh <= 1 at their own frequency. So the others are looked at by how
+ * late the mode that holds most is at the end of the run, too. A mode out of phase has up to about
  * its share of the motion wrong. Of a cantilever of steel that was struck at its tip, the second
  * mode of bending had 7 % of the motion and, by 3 ms, 1.3 steps a period: the run was 7.6 % from
  * one of 1/96 of the step, and 0.9 % where the mode had 8 steps. Cost: a pass over loads and start.
@@ -28,8 +29,11 @@
 #define STEPS 8.0      /* a period that show a mode, */
 #define STEPS_HIGH 5.0 /* by methods of order four, */
 #define STEPS_ENERGY THRUM_TWO_PI /* and by energy: with wh = 1 */
-#define WOULD_DO 20.0             /* steps a period that are proposed, */
-#define WOULD_DO_LOW 60.0         /* and where the period errs by the trapezoidal rule: 0.1 % */
+#define MAIN 0.5          /* of the motion: a mode that is looked at to the end of the run, */
+#define STEPS_LATE 20.0   /* with fewer steps a period than these, */
+#define TURNED 0.6        /* and late by more radians at the end: its motion is some 30 % off */
+#define WOULD_DO 20.0     /* steps a period that are proposed, */
+#define WOULD_DO_LOW 60.0 /* and where the period errs by the trapezoidal rule: 0.1 % */
 
 /* How far a load makes an oscillator of unit mass vibrate, by what a unit force does; 0: not at
  * all, or slowly. *follows: how far it moves it, vibration or not. */
@@ -109,6 +113,22 @@ static double round_down(double value) {
   return unit * floor(value / unit * (1 + 1e-12));
 }
 
+/* By how much the trapezoidal rule makes a period longer. */
+static double lateness(double w, double dt) {
+  const double half = w * dt / 2;
+  return half / atan(half) - 1;
+}
+
+/* Is a mode late at the end of the run, or when damping has taken it, by an integrator that steps
+ * modes with the periods of the trapezoidal rule? */
+static bool is_late(const simulate_request *request, double w) {
+  const thrum_state_def *def = &request->def;
+  const double damping = def->damping_alpha / (2 * w) + def->damping_beta * w / 2;
+  const double lasts = fmin(request->time, 1 / (damping * w));
+  return w > 0 && steps_needed(def) == STEPS && THRUM_TWO_PI / (w * def->dt) < STEPS_LATE &&
+         lateness(w, def->dt) * w * lasts > TURNED;
+}
+
 /* Is the step coarse against such a mode? What dies out within a period is not looked at. */
 static bool is_coarse(const thrum_state_def *def, double w) {
   const double damping = def->damping_alpha / (2 * w) + def->damping_beta * w / 2;
@@ -123,8 +143,10 @@ void coarse_step_warn(const coarse_step_motion *motion, const char *who) {
   // the one that vibrates most of those that the step does not show; a base moves the first of all
   int64_t worst = -1, fastest = -1;
   for (int64_t i = 0; i < motion->model->rank; i++) {
+    const double pace = motion->pace * sqrt(motion->model->omega2[i]);
     const bool counts = moves[i] > SHARE * all || (motion->base && i == 0);
-    if (!counts || !is_coarse(def, motion->pace * sqrt(motion->model->omega2[i])))
+    const bool late = moves[i] > MAIN * all && is_late(motion->request, pace);
+    if (!late && (!counts || !is_coarse(def, pace)))
       continue;
     fastest = i;
     if (worst < 0 || moves[i] > moves[worst])
@@ -140,14 +162,14 @@ void coarse_step_warn(const coarse_step_motion *motion, const char *who) {
     return;
 
   // what would do for it and for the fastest, and how late the mode is by a method of order two
-  const double half = w * def->dt / 2, late = half / atan(half) - 1;
+  const double late = lateness(w, def->dt);
   const bool high = needed == STEPS_HIGH;
   const double least = motion->pace * sqrt(motion->model->omega2[fastest]) * needed;
   const double would = w * (needed == STEPS ? WOULD_DO_LOW : WOULD_DO);
   const double dt = round_down(THRUM_TWO_PI / fmax(would, least));
   char error[80] = "", share[60] = "";
   if (!high)
-    snprintf(error, sizeof error, ", so that it comes out about %.0f %% longer", 100 * late);
+    snprintf(error, sizeof error, ", so that it comes out about %.2g %% longer", 100 * late);
   if (moves[worst] > 0)
     snprintf(share, sizeof share, " and about %.0f %% of the motion", 100 * moves[worst] / all);
   config_warn("%sa period of mode %d, of %.4g Hz%s, has only %.2g steps of %g s%s: lower --dt, to "

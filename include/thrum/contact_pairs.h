@@ -163,8 +163,8 @@ typedef struct thrum_contact_pairs_report {
   double depth;         /* largest depth below the thickness after the last step [m] */
   double deepest;       /* and after any step [m] */
   double deepest_share; /* the largest share of its thickness that any touch was deep after any
-                           step, also one that was declined: below 1 no surface has met another [1]
-                         */
+                           step, also one that was declined: below 1 no surface has met another; of
+                           a thickness near 0 the largest number that there is [1] */
   double normal;        /* sum of the normal forces in the last step [N] */
   double stored;        /* energy in the contact springs now [J] */
   double lost;          /* energy lost to restitution and friction [J] */

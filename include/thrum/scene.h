@@ -818,7 +818,7 @@ THRUM_API thrum_status thrum_scene_body_positions(thrum_scene *scene, int32_t bo
                                                   int64_t stride, thrum_error *error);
 
 /* Position [m] and velocity [m/s] of one vertex (0-based) in the world; velocity may be NULL.
- * THRUM_MISSING for a model without a basis. */
+ * THRUM_MISSING for a model without a basis, THRUM_NOT_FINITE for a number beyond the range. */
 THRUM_API thrum_status thrum_scene_body_vertex(thrum_scene *scene, int32_t body, int64_t vertex,
                                                double position[3], double velocity[3],
                                                thrum_error *error);

@@ -5,6 +5,7 @@
 
 #include "runtime/contact/contact_pairs_energy.h"
 
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -107,6 +108,10 @@ int64_t thrum_pairs_beyond(const thrum_pairs_run *run) {
 }
 
 /* Keeps the rows that touched as the touches of the next step. */
+double thrum_pairs_share(double depth, double thickness) {
+  return fmin(depth / thickness, DBL_MAX);
+}
+
 static void keep_touches(thrum_pairs_run *run) {
   thrum_pairs_history *history = run->history;
   for (int64_t n = 0; n < run->row_count; n++) {
@@ -119,7 +124,8 @@ static void keep_touches(thrum_pairs_run *run) {
     const double distance = touch->gap + pair->thickness;
     history->distance = history->touch_count > 0 ? fmin(history->distance, distance) : distance;
     history->depth = fmax(history->depth, -touch->gap);
-    history->deepest_share = fmax(history->deepest_share, -touch->gap / pair->thickness);
+    history->deepest_share =
+        fmax(history->deepest_share, thrum_pairs_share(-touch->gap, pair->thickness));
     history->normal += touch->force;
     if (run->first_touch + history->touch_count == run->pairs->touch_max) {
       history->dropped++;

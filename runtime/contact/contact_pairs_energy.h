@@ -17,6 +17,9 @@ bool thrum_pairs_apart(const thrum_pairs_run *run);
  * thrum_contact_counts; -1: there is none. After thrum_pairs_allowed. */
 int64_t thrum_pairs_beyond(const thrum_pairs_run *run);
 
+/* A depth as a share of a thickness, which may be as small as a number can be. */
+double thrum_pairs_share(double depth, double thickness);
+
 /* Lists impacts behind the touches of the last step, where these leave
  * room.
  */

@@ -590,7 +590,8 @@ static void note_given_up(thrum_pairs_run *run, int64_t count) {
     if (!isfinite(depth) || !(depth > 0.0))
       continue;
     history->deepest = fmax(history->deepest, depth);
-    history->deepest_share = fmax(history->deepest_share, depth / run->view.rows[n].thickness);
+    history->deepest_share =
+        fmax(history->deepest_share, thrum_pairs_share(depth, run->view.rows[n].thickness));
   }
   run->row_count = 0;
 }

@@ -1241,19 +1241,24 @@ static void steps_that_are_coarse_are_named(void **state) {
     double dt;
     const char *more;
     bool said;
+    int steps;
   } cases[] = {
-      {1 / (7 * second), "", false}, // right by energy
-      {1 / (6 * second), "", true},
-      {1 / (6 * second), ", \"frequency_matching\": false", true},
-      {1 / (7 * second), ", \"integrator\": \"newmark\"", true},
-      {1 / (9 * second), ", \"integrator\": \"newmark\"", false},
-      {1 / (6 * second), ", \"integrator\": \"fox-goodwin\"", false},
-      {1 / (4 * second), ", \"integrator\": \"fox-goodwin\"", true},
-      {1 / (4 * second), ", \"stiffness\": 0.25", false}, // half of the frequency
-      {1 / (4 * third), ", \"start\": \"mode:1,0.001\"", false},
-      {1 / (4 * third), ", \"start\": \"mode:3,0.001\"", true},
-      {1 / (1.3 * third), ", \"start\": \"mode:3,0.001\"", true}, // also of less than two steps
-      {1 / (4 * second), ", \"damping\": 1000", false},
+      {1 / (7 * second), "", false, 20}, // right by energy
+      {1 / (6 * second), "", true, 20},
+      {1 / (6 * second), ", \"frequency_matching\": false", true, 20},
+      {1 / (7 * second), ", \"integrator\": \"newmark\"", true, 20},
+      {1 / (9 * second), ", \"integrator\": \"newmark\"", false, 20}, // two periods
+      {1 / (9 * second), ", \"integrator\": \"newmark\"", true, 90},
+      {1 / (9 * second), ", \"integrator\": \"newmark\", \"damping\": 100", false, 90},
+      {1 / (9 * second), "", false, 90},
+      {1 / (21 * second), ", \"integrator\": \"newmark\"", false, 400},
+      {1 / (6 * second), ", \"integrator\": \"fox-goodwin\"", false, 20},
+      {1 / (4 * second), ", \"integrator\": \"fox-goodwin\"", true, 20},
+      {1 / (4 * second), ", \"stiffness\": 0.25", false, 20}, // half of the frequency
+      {1 / (4 * third), ", \"start\": \"mode:1,0.001\"", false, 20},
+      {1 / (4 * third), ", \"start\": \"mode:3,0.001\"", true, 20},
+      {1 / (1.3 * third), ", \"start\": \"mode:3,0.001\"", true, 20}, // also of less than two steps
+      {1 / (4 * second), ", \"damping\": 1000", false, 20},
   };
   for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
     char text[400];
@@ -1261,7 +1266,7 @@ static void steps_that_are_coarse_are_named(void **state) {
     snprintf(text, sizeof text,
              "{\"time\": %.17g, \"dt\": %.17g, \"outputs\": {\"monitor\": false}, \"bodies\": [\n"
              " {\"model\": \"beam.npz\"%s%s}]}",
-             20 * cases[n].dt, cases[n].dt, cases[n].more,
+             cases[n].steps * cases[n].dt, cases[n].dt, cases[n].more,
              starts ? "" : ", \"loads\": \"constant:0,1,0@tip\"");
     char *said = warnings_of(text);
     const char *found = strstr(said, "a period of mode ");

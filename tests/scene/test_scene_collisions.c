@@ -4,6 +4,8 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "tests/support/precompute_support.h"
 
+#include <float.h>
+
 #include "tests/support/outer_triangles.h"
 #include "tests/support/sanitized.h"
 #include "tests/support/scene_call.h"
@@ -1371,6 +1373,49 @@ static void a_body_that_is_added_leaves_the_report_as_it_is(void **context) {
                total + before.lost, 1e-6);
 }
 
+/* Blocks in each other that turn beyond all measure, and a thickness near zero: what is deeper than
+ * the largest number times it is that number. */
+static void a_share_of_a_thickness_near_zero_is_a_number(void **context) {
+  fixture *f = *context;
+  for (int n = 0; n < 2; n++) {
+    thrum_scene_body_def block = def_of(&f->block, 0, 0, 0, 1);
+    block.spin[0] = n == 0 ? 1 : 1e29;
+    block.spin[1] = n == 0 ? 1e29 : -1e30;
+    add(f->scene, &block);
+  }
+  MUST(thrum_scene_set_dt(f->scene, 1e30, &failure));
+  thrum_contact_pairs_def def = thrum_default_contact_pairs_def();
+  def.thickness = 1e-300;
+  MUST(thrum_scene_set_collisions(f->scene, &def, &failure));
+  MUST(thrum_scene_step(f->scene, &failure));
+  const thrum_contact_pairs_report report = thrum_scene_collisions(f->scene);
+  assert_true(report.deepest > 1e9 && report.deepest_share == DBL_MAX);
+}
+
+/* A block that stopped as it was thrown beyond all numbers: what is read is a number, or the status
+ * says why it is not, and nothing is written. */
+static void the_speed_of_a_corner_is_a_number_or_refused(void **context) {
+  fixture *f = *context;
+  thrum_scene_body_def block = def_of(&f->block, 0, 0, 0, 1e-300);
+  block.spin[1] = 1e29;
+  block.spin[2] = 1e300;
+  add(f->scene, &block);
+  MUST(thrum_scene_set_dt(f->scene, 1e10, &failure));
+  const double pull[3] = {-1e30, 0, 1e-30};
+  MUST(thrum_scene_set_gravity(f->scene, pull, &failure));
+  assert_true(thrum_scene_step(f->scene, NULL) < 0);
+  int refused = 0;
+  for (int64_t v = 0; v < 27; v++) {
+    double x[3] = {7, 7, 7}, speed[3] = {7, 7, 7};
+    const thrum_status status = thrum_scene_body_vertex(f->scene, 0, v, x, speed, NULL);
+    assert_true(status == THRUM_OK || status == THRUM_NOT_FINITE);
+    for (int axis = 0; axis < 3; axis++)
+      assert_true(isfinite(speed[axis]) && (status == THRUM_OK || x[axis] == 7));
+    refused += status != THRUM_OK;
+  }
+  assert_true(refused > 0);
+}
+
 static void bodies_that_do_not_collide_pass(void **context) {
   fixture *f = *context;
   thrum_scene_body_def a = def_of(&f->block, 0, 0, 0, 1), b = def_of(&f->block, 0.5, 0, 0, 1);
@@ -1458,6 +1503,8 @@ int main(void) {
       TEST(what_is_inside_a_body_is_found),
       TEST(an_overlap_after_a_restore_is_that_of_the_time),
       TEST(a_body_that_is_added_leaves_the_report_as_it_is),
+      TEST(a_share_of_a_thickness_near_zero_is_a_number),
+      TEST(the_speed_of_a_corner_is_a_number_or_refused),
       TEST(bodies_that_do_not_collide_pass),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
