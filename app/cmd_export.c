@@ -10,6 +10,7 @@
 #include "config/message.h"
 #include "config/options.h"
 #include "driver/export/array_code.h"
+#include "driver/export/body_header.h"
 #include "driver/export/glb.h"
 #include "driver/export/vertex_cache.h"
 #include "driver/make/named_model.h"
@@ -33,6 +34,7 @@ typedef struct export_request {
   double fps;
   const char *vega_basis, *vega_cubic, *matrices;
   const char *numpy, *torch, *jax;
+  const char *header;
   bool single, json;
 } export_request;
 
@@ -79,6 +81,11 @@ static const config_option options[] = {
                 AT(numpy)),
     OPTION_TEXT("torch", "FILE.py", NULL, "the same for PyTorch, which derives it", AT(torch)),
     OPTION_TEXT("jax", "FILE.py", NULL, "the same for JAX", AT(jax)),
+    OPTION_TEXT(
+        "header", "FILE.h", NULL,
+        "C for controllers, without heap: energy, force, tangent and steps, and the numbers "
+        "of the model as constants",
+        AT(header)),
     OPTION_TEXT("matrices", "PREFIX", NULL,
                 "stiffness [N/m] and mass [kg] of the free components as Matrix Market, "
                 "PREFIX.K.mtx and PREFIX.M.mtx, and in PREFIX.rows.txt the vertex and axis of "
@@ -107,6 +114,7 @@ const config_command command_export = {
                 "export beam.npz --vega-basis beam.U --vega-cubic beam.cub\n"
                 "export beam.npz --vega-basis beam.URendering.float --float\n"
                 "export beam.npz --numpy beam_arrays.py\n"
+                "export beam.npz --header beam.h\n"
                 "export bridge --matrices bridge",
 };
 
@@ -122,7 +130,8 @@ static int check_files(const export_request *request) {
                {"--vega-cubic", request->vega_cubic},
                {"--numpy", request->numpy},
                {"--torch", request->torch},
-               {"--jax", request->jax}};
+               {"--jax", request->jax},
+               {"--header", request->header}};
 
   // each file against the inputs and against those before it
   const int count = (int)(sizeof files / sizeof *files);
@@ -194,10 +203,10 @@ static int read_options(int argc, char **argv, export_request *request) {
   // what is written decides what must be read
   const bool motion = request->glb || request->pc2 || request->mdd;
   const bool of_model = request->vega_basis || request->vega_cubic || request->matrices ||
-                        request->numpy || request->torch || request->jax;
+                        request->numpy || request->torch || request->jax || request->header;
   if (!motion && !of_model && !request->obj)
     return config_usage("export", "say what to write: --glb, --pc2, --mdd, --obj, --vega-basis, "
-                                  "--vega-cubic, --numpy, --torch, --jax or --matrices");
+                                  "--vega-cubic, --numpy, --torch, --jax, --header or --matrices");
   CONFIG_TRY(check_form(request));
 
   // the bodies of a scene have surfaces and models of their own
@@ -226,8 +235,8 @@ static int read_options(int argc, char **argv, export_request *request) {
     return refuse_still(request->model);
   if (of_model && is_run)
     return config_usage("export",
-                        "--vega-basis, --vega-cubic, --numpy, --torch, --jax and --matrices "
-                        "are of a model: name its file, not '%s'",
+                        "--vega-basis, --vega-cubic, --numpy, --torch, --jax, --header and "
+                        "--matrices are of a model: name its file, not '%s'",
                         request->model);
 
   if (!is_run && request->run_model)
@@ -304,6 +313,8 @@ static thrum_status write_all(const export_request *request, const thrum_model *
     status = thrum_vega_cubic_write(note(files, "cubic", request->vega_cubic, ""), model, error);
   if (status >= 0)
     status = write_arrays(request, model, files, error);
+  if (status >= 0 && request->header)
+    status = body_header_write(note(files, "header", request->header, ""), model, error);
   if (status >= 0 && request->matrices)
     status = write_matrices(model, request->matrices, files, error);
   return status;
