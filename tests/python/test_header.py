@@ -176,6 +176,12 @@ class Header(unittest.TestCase):
             self.assertEqual(client(("clang", "-std=c99", "-pedantic"), "-lm"), self.printed)
             self.assertEqual(client(("clang", "-x", "c++", "-pedantic"), "-lm", "-lstdc++"), self.printed)
 
+    def test_the_example_of_the_page_compiles(self):
+        page = Path(__file__).parents[2] / "docs" / "exchange.md"
+        example = page.read_text().split('#include "beam.h"', 1)[1].split("```")[0]
+        Path(FOLDER, "example.c").write_text('#include "beam.h"' + example)
+        run(("gcc", "-std=c99", *WARNINGS, "-c", "example.c"))
+
     def other_processor(self, compiler, emulator, *options):
         """Sines and roots are the other library's, so what follows them agrees to rounding."""
         if not shutil.which(compiler[0]) or not shutil.which(emulator[0]):
