@@ -238,7 +238,8 @@ typedef struct thrum_contact_report {
   double depth;     /* largest depth after the last step [m] */
   double normal;    /* sum of the normal forces in the last step [N] */
   double stored;    /* energy in the contact springs now [J] */
-  double lost;      /* energy lost to restitution, damping and friction [J] */
+  double lost;      /* energy lost to restitution, damping and friction, and that of vibration which
+                       steps cannot follow [J] */
   double driven;    /* work of moving obstacles [J] */
   double granted;   /* energy of springs that a body began with inside an obstacle [J] */
   double pulled;    /* work of the pulls on the body [J] */

@@ -294,9 +294,9 @@ thrum_status thrum_contact_pairs_copy_check(const thrum_contact_pairs *pairs, co
             touch.key.bodies[0] >= 0 &&
             touch.key.bodies[1] >= touch.key.bodies[0] + (touch.key.kind == THRUM_PAIR_REVERSE) &&
             thrum_all_finite(touch.normal, 3) && thrum_all_finite(touch.friction, 3) &&
-            thrum_all_finite(touch.position, 3) && thrum_all_finite(touch.slid, 3) &&
-            isfinite(touch.force) && isfinite(touch.approach) && isfinite(touch.stored) &&
-            isfinite(touch.distance) && isfinite(touch.thickness);
+            thrum_all_finite(touch.position, 3) && isfinite(touch.force) &&
+            isfinite(touch.approach) && isfinite(touch.stored) && isfinite(touch.distance) &&
+            isfinite(touch.thickness);
   }
   return right ? THRUM_OK
                : thrum_error_set(error, THRUM_BAD_VALUE,

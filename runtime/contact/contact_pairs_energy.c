@@ -143,7 +143,6 @@ static void keep_touches(thrum_pairs_run *run) {
                                   .thickness = pair->thickness};
     memcpy(kept->normal, touch->normal, sizeof kept->normal);
     memcpy(kept->friction, touch->friction, sizeof kept->friction);
-    memcpy(kept->slid, pair->row.slid, sizeof kept->slid);
     memcpy(kept->position, pair->position, sizeof kept->position);
   }
   history->deepest = fmax(history->deepest, history->depth);

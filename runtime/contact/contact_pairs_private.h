@@ -45,7 +45,6 @@ typedef struct thrum_pair_touching {
   thrum_pair_key key;
   int32_t towards; /* as in thrum_touching, and all below */
   double normal[3], force, friction[3], approach, stored;
-  double slid[3];     /* tangential displacement in the step [m] */
   double distance;    /* between the surfaces after the step [m] */
   double thickness;   /* that it kept [m] */
   double position[3]; /* where the force acted [m] */

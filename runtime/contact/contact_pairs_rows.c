@@ -110,16 +110,6 @@ static const thrum_pair_touching *touch_before(const thrum_pairs_run *run,
   return NULL;
 }
 
-/* Friction that goes on aims at no more than half of what the point slid by in the step before. A
- * velocity that turns round from step to step is vibration of coordinates that are stiffer than the
- * step can follow: a point that was let go until it stopped would slide, and then the next. */
-static void steady(thrum_contact_row *row, const double slid[3]) {
-  const double square = thrum_dot3(row->slide, row->slide);
-  const double share = square > 0.0 ? 0.5 * thrum_dot3(slid, row->slide) / square : 0.0;
-  for (int axis = 0; axis < 3; axis++)
-    row->slide[axis] *= fmin(fmax(share, 0.0), 1.0);
-}
-
 /* Goes on from a touch of the last step. */
 static void go_on(thrum_pairs_run *run, thrum_pair_row *row, bool exact) {
   const thrum_pair_touching *before = row->known ? NULL : touch_before(run, row, exact);
@@ -143,7 +133,6 @@ static void go_on(thrum_pairs_run *run, thrum_pair_row *row, bool exact) {
   const double along = thrum_dot3(before->friction, touch->normal);
   for (int axis = 0; axis < 3; axis++)
     touch->friction[axis] = before->friction[axis] - along * touch->normal[axis];
-  steady(&row->row, before->slid);
 }
 
 /* The arm of one side of a row about its body's centre of mass. The force acts halfway between the

@@ -179,7 +179,7 @@ static double sweep(thrum_pairs_run *run, bool all, bool *begins) {
 /* Do so many rows of the group have a force that all are solved at once, and does nothing else push
  * or pull its members? */
 static bool are_many(const thrum_pairs_run *run) {
-  bool alone = run->link_count == 0;
+  bool alone = run->link_count == 0 && run->view.newton_rows != NULL;
   int64_t bearing = 0, rows = run->row_count;
   for (int64_t n = 0; n < run->row_count; n++)
     bearing += thrum_pairs_pushes(run->view.rows + n);
@@ -289,7 +289,7 @@ void thrum_pairs_solve(thrum_pairs_run *run) {
     // rows without a force are left out while the same rows bear: which do so is found first, by
     // sweeps over all, as what is solved without a row that has to bear is no step towards the end
     since = all ? 0 : since + 1;
-    all = run->closing || begins || settled || slow || end < most || since == ALL_EVERY ||
+    all = run->row_count == 0 || run->closing || begins || settled || slow || end < most || since == ALL_EVERY ||
           n + 2 == most;
   }
   gather(run);

@@ -1,6 +1,9 @@
 /* Steps of bodies that may touch each other: predict each, find what touches, solve all together,
- * step each, look at what they really did (contact_step.c). Where contact would have given back
- * more than it took, the whole group is stepped again, as one body with obstacles is.
+ * step each, look at what they really did (contact_step.c). A body alone is a group of one.
+ *
+ * The account knows the work of contact exactly after the step. Where it would have given back more
+ * than it took, the whole group is stepped again: with the prediction shifted by what the attempt
+ * showed, then without restitution and release, at last without contact, whose work is nothing.
  *
  * After a solve the displacements are those with contact. Where they differ from those that the
  * search was made with by more than a part of the thickness, the search is repeated with them, so
@@ -23,6 +26,7 @@
 #include "runtime/contact/contact_pairs_solid.h"
 #include "runtime/contact/contact_pairs_solve.h"
 #include "runtime/contact/contact_pairs_sort.h"
+#include "runtime/contact/contact_pairs_step.h"
 #include "runtime/contact/contact_rows.h"
 #include "runtime/contact/contact_step.h"
 
@@ -39,7 +43,7 @@
 #define MISSED 0.25 /* thicknesses by which a solve may move a body further before a new search */
 #define REACH 1.01  /* of two radii within which bodies meet: what is left is for rounding */
 
-/* The first attempt, shifted ones, one without release, one without contact (contact_step.c). */
+/* The first attempt, shifted ones, one without release, one without contact. */
 enum { ATTEMPT_FIRST = 0, ATTEMPT_RELEASED = 4, ATTEMPT_WITHOUT = 5 };
 
 void thrum_contact_pairs_begin(thrum_contact_pairs *pairs) {
@@ -596,9 +600,30 @@ static void note_given_up(thrum_pairs_run *run, int64_t count) {
   run->row_count = 0;
 }
 
-/* Steps a group from the start, and books what it did. */
-static thrum_status step_group(thrum_pairs_run *run, const thrum_contact_links *links,
-                               thrum_error *error) {
+/* Does a member touch another one by a row that takes energy? */
+static bool rests_on_another(const thrum_pairs_run *run, int64_t member) {
+  bool rests = false;
+  for (int64_t n = 0; n < run->row_count && !rests; n++) {
+    const thrum_pair_row *row = run->view.rows + n;
+    rests = (row->members[0] == member || row->members[1] == member) &&
+            thrum_contact_row_takes(&row->row);
+  }
+  return rests;
+}
+
+thrum_status thrum_pairs_begin_group(thrum_pairs_run *run, thrum_error *error) {
+  thrum_status status = THRUM_OK;
+  open_all(run, &status, error);
+  prepare_all(run, &status, error);
+  find_with_impacts(run, &status, error);
+  find_and_solve(run);
+  for (int64_t n = 0; n < run->count && status >= 0; n++)
+    status = thrum_contact_apply(run->view.runs + n, error);
+  return status;
+}
+
+thrum_status thrum_pairs_step_group(thrum_pairs_run *run, const thrum_contact_links *links,
+                                    thrum_error *error) {
   thrum_status status = THRUM_OK;
   int64_t given_up = 0;
   open_all(run, &status, error);
@@ -622,6 +647,8 @@ static thrum_status step_group(thrum_pairs_run *run, const thrum_contact_links *
     if (!thrum_pairs_steps(run, n))
       continue;
     thrum_contact_finish(run->view.runs + n);
+    if (rests_on_another(run, n))
+      run->history->lost += thrum_contact_calm(run->view.runs + n);
     if (!thrum_contact_whole_is_finite(run->members[n].environment)) {
       put_back(run, n);
       fail_beyond(run, n, &status, error);
@@ -640,7 +667,7 @@ thrum_status thrum_contact_pairs_step(thrum_contact_pairs *pairs, thrum_contact_
                          .members = members,
                          .count = count,
                          .view = thrum_pairs_view_of(pairs)};
-  const thrum_status status = step_group(&run, NULL, error);
+  const thrum_status status = thrum_pairs_step_group(&run, NULL, error);
   thrum_pairs_list_impacts(pairs, run.view.struck, run.struck);
   return status;
 }
@@ -690,7 +717,7 @@ thrum_status thrum_contact_pairs_step_beside(const thrum_contact_pairs *pairs,
 
   // touches go on from those of all groups, and are kept behind those of this room's other groups
   run.view.before = thrum_pairs_view_of(pairs).before;
-  const thrum_status status = step_group(&run, links, error);
+  const thrum_status status = thrum_pairs_step_group(&run, links, error);
   room->filled += history.touch_count;
   room->listed += run.struck;
   fill_group(&run, &began, group);

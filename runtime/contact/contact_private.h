@@ -6,10 +6,11 @@
  * made anew by thrum_contact_begin and read by thrum_contact_end.
  *
  * A step goes through these files in this order: contact_check.c, contact_predict.c,
- * contact_pull.c, contact_rows.c, contact_guess.c and contact_solve.c (thrum_contact_begin), then
- * contact_energy.c (thrum_contact_end). contact_point.h has the kinematics of one point,
- * contact_row.h what one row does, contact_law.h its forces, obstacle_private.h the shapes. Impacts
- * of near-rigid bodies change their ways before a step is solved (contact_impact.c).
+ * contact_pull.c, contact_rows.c, contact_guess.c, contact_solve.c and contact_pairs_solve.c
+ * (thrum_contact_begin), then contact_energy.c (thrum_contact_end). contact_point.h has the
+ * kinematics of one point, contact_row.h what one row does, contact_law.h its forces,
+ * obstacle_private.h the shapes. Impacts of near-rigid bodies change their ways before a step is
+ * solved (contact_impact.c).
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_RUNTIME_CONTACT_CONTACT_PRIVATE_H
@@ -128,7 +129,6 @@ typedef struct thrum_contact_row {
   double slide[3];        /* tangential displacement that friction aims at: 0 to this [m] */
   double seen[3];         /* displacement of the point when its row was last solved [m] */
   double work, rubbed, driven; /* of the step made: on the body, and of the moving obstacle [J] */
-  double slid[3];              /* tangential displacement in it [m] */
   thrum_row_strike strike;
 } thrum_contact_row;
 

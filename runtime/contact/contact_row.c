@@ -106,8 +106,6 @@ void thrum_contact_row_measure(thrum_contact_row *row, const double moved[3]) {
   row->work = row->touch.force * along;
   row->rubbed = thrum_dot3(row->touch.friction, moved);
   row->touch.gap = row->gap + along;
-  for (int axis = 0; axis < 3; axis++)
-    row->slid[axis] = moved[axis] - along * row->touch.normal[axis];
 }
 
 /* --- all rows of a step ----------------------------------------------------------------------- */

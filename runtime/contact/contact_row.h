@@ -19,6 +19,11 @@
 
 /* --- one row ---------------------------------------------------------------------------------- */
 
+/* Does it press, by a law that gives back less than it takes? */
+static inline bool thrum_contact_row_takes(const thrum_contact_row *row) {
+  return row->touch.force > 0.0 && (row->restitution < 1.0 || row->friction > 0.0);
+}
+
 /* Its force [N], on the body or on the first of two bodies. */
 void thrum_contact_row_force(const thrum_contact_row *row, double force[3]);
 

@@ -1,8 +1,6 @@
-/* Steps with contact: predict, solve, step, look at what it really did (docs/contact.md).
- *
- * The account knows the work of contact exactly after the step. Where it would have given back more
- * than it took, the step is made again: with the prediction shifted by what the attempt showed,
- * then without restitution and release, at last without contact, whose work is nothing.
+/* What the step of a body with contact is made of: predict, find rows, hand over the load, look at
+ * what the step really did (docs/contact.md). contact_pairs_step.c calls these for each body of a
+ * group, and contact_alone.c has a body alone step as a group of one.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include "core/base/fp_contract.h"
@@ -13,20 +11,20 @@
 #include <string.h>
 
 #include "core/base/finite.h"
+#include "core/schemes/staggered_momentum.h"
 #include "core/state/state_layout.h"
 #include "runtime/contact/contact_check.h"
 #include "runtime/contact/contact_energy.h"
-#include "runtime/contact/contact_impact.h"
 #include "runtime/contact/contact_predict.h"
 #include "runtime/contact/contact_pull.h"
+#include "runtime/contact/contact_row.h"
 #include "runtime/contact/contact_rows.h"
 #include "runtime/contact/contact_solve.h"
+#include "runtime/guard/guards.h"
 #include "thrum/floating_frame.h"
 
+#define FOLLOWED 4.0   /* h omega up to which steps follow a coordinate */
 #define ROUNDING 1e-10 /* share of the energy flow of contact that rounding may add */
-
-/* The first attempt, shifted ones, one without release, one without contact. */
-enum { ATTEMPT_FIRST = 0, ATTEMPT_RELEASED = 4, ATTEMPT_WITHOUT = 5 };
 
 /* Fills the rotation of a run: how the body would rotate without contact, and its response. */
 static void fill_rigid_frame(thrum_contact_run *run) {
@@ -124,12 +122,6 @@ thrum_status thrum_contact_advance(thrum_contact_run *run, thrum_error *error) {
   return status;
 }
 
-/* Solves for the forces, and sets them as the state's load. */
-static thrum_status apply(thrum_contact_run *run, thrum_error *error) {
-  thrum_contact_solve(run);
-  return thrum_contact_apply(run, error);
-}
-
 thrum_status thrum_contact_prepare(thrum_contact_run *run, thrum_error *error) {
   THRUM_TRY(thrum_contact_predict(run, error));
   // pulls alone first, so that a point which they drag into an obstacle gets its row in time
@@ -166,65 +158,39 @@ bool thrum_contact_whole_is_finite(const thrum_contact_environment *environment)
          (!frame || (thrum_all_finite(frame->attitude, 9) && thrum_all_finite(frame->momentum, 3)));
 }
 
-/* Predicts the step, with the impacts in it. */
-static thrum_status strike_all(const thrum_impact_rows *rows, thrum_error *error) {
-  thrum_contact_run *run = rows->runs;
-  run->contact->struck = 0;
-  THRUM_TRY(thrum_contact_prepare(run, error));
-  for (int n = 0; n < THRUM_IMPACTS_MAX && thrum_contact_strike(rows); n++) {
-    thrum_contact_place(run);
-    THRUM_TRY(thrum_contact_prepare(run, error));
+/* A coordinate of high frequency neither follows a step, which turns its velocity round, nor comes
+ * to rest by the integrator, which conserves what it cannot follow: a body that lies on something
+ * would tremble for seconds. A step of the midpoint rule turns it by the angle 2 atan z, z = h w/2,
+ * and a factor of ((z - 1)/(z + 1))^2 on its momentum makes that critically damped: it is what no
+ * touch can hold up, as it acts on the velocity, and not on the displacement, which is held. */
+double thrum_contact_calm(thrum_contact_run *run) {
+  thrum_state *state = run->state;
+  const thrum_state_view view = thrum_state_view_of(state);
+  double lost = 0.0;
+
+  // of a coupled body the shape has a part of the angular momentum, of a condensed one other masses
+  if (run->environment->inertia || state->scheme == THRUM_SCHEME_MANIFOLD)
+    return 0.0;
+  for (int32_t i = thrum_staggered_modes(state); i < state->rank; i++) {
+    const double z = 0.5 * run->dt * sqrt(fmax(run->model->omega2[i], 0.0));
+    const double root = (z - 1.0) / (z + 1.0), p = view.p[i];
+    if (!(2.0 * z > FOLLOWED))
+      continue;
+    view.p[i] *= root * root;
+    lost += 0.5 * (p * p - view.p[i] * view.p[i]);
+    if (state->carried)
+      view.p_corrected[i] *= root * root;
   }
-  return THRUM_OK;
+  thrum_guards_take(state, lost);
+  return lost;
 }
 
-/* The same, at their times or else at the start of the step. */
-static thrum_status prepare_with_impacts(thrum_contact_run *run, const thrum_contact_whole *kept,
-                                         thrum_error *error) {
-  thrum_impact_rows rows = {.runs = run, .count = 1};
-  const thrum_contact before = *run->contact;
-  THRUM_TRY(strike_all(&rows, error));
-  if (!thrum_contact_strays(&rows))
-    return THRUM_OK;
-
-  // back to the start
-  *run->contact = before;
-  thrum_contact_put_back_whole(run->environment, kept);
-  run->impact = (thrum_impact_body){0};
-  thrum_contact_place(run);
-  rows.early = true;
-  return strike_all(&rows, error);
-}
-
-/* A failure may leave the contact and the body as a whole changed. */
-static thrum_status begin(thrum_contact_run *run, const thrum_contact_whole *kept,
-                          thrum_error *error) {
-  thrum_status status = prepare_with_impacts(run, kept, error);
-  if (status == THRUM_OK)
-    status = apply(run, error);
-  return status;
-}
-
-thrum_status thrum_contact_begin(const thrum_model *model, thrum_state *state,
-                                 thrum_contact *contact,
-                                 const thrum_contact_environment *environment, thrum_error *error) {
-  thrum_contact_run run;
-  THRUM_TRY(thrum_contact_open(model, state, contact, environment, &run, error));
-  if (environment->inertia)
-    return thrum_error_set(error, THRUM_UNSUPPORTED,
-                           "rotation and shape are stepped together by thrum_contact_step alone");
-  const thrum_contact before = *contact;
-  const thrum_contact_whole kept = thrum_contact_keep_whole(environment);
-  const thrum_status status = begin(&run, &kept, error);
-  if (status == THRUM_OK) {
-    contact->begun = 1;
-    return status;
-  }
-
-  // a failure leaves the body where it was, on the way that it had
-  *contact = before;
-  thrum_contact_put_back_whole(environment, &kept);
-  return status;
+/* Does the body touch an obstacle by a row that takes energy? */
+static bool rests(const thrum_contact_run *run) {
+  bool rests = false;
+  for (int64_t n = 0; n < run->contact->row_count && !rests; n++)
+    rests = thrum_contact_row_takes(run->view.rows + n);
+  return rests;
 }
 
 void thrum_contact_finish(thrum_contact_run *run) {
@@ -232,6 +198,8 @@ void thrum_contact_finish(thrum_contact_run *run) {
   memcpy(run->moved, run->contact->moved, sizeof run->moved);
   memcpy(run->turned, run->contact->turned, sizeof run->turned);
   thrum_contact_settle(run, thrum_state_view_of(run->state).q);
+  if (rests(run))
+    run->contact->impact += thrum_contact_calm(run);
   if (environment->translation)
     thrum_translation_step(environment->translation, run->contact->force, run->dt);
   if (environment->inertia)
@@ -284,53 +252,4 @@ void thrum_contact_return(thrum_contact_run *run) {
 void thrum_contact_again(thrum_contact_run *run) {
   thrum_contact_return(run);
   run->contact->redone++;
-}
-
-/* Goes back to the start of the step for the next attempt. */
-static thrum_status again(thrum_contact_run *run, int attempt, thrum_error *error) {
-  thrum_contact_again(run);
-
-  // each attempt asks for less: no restitution and friction, at last no contact
-  if (attempt == ATTEMPT_WITHOUT) {
-    run->contact->declined++;
-    run->contact->row_count = 0;
-  }
-  if (attempt == ATTEMPT_RELEASED)
-    thrum_contact_release(run);
-  return apply(run, error);
-}
-
-thrum_status thrum_contact_step(const thrum_model *model, thrum_state *state,
-                                thrum_contact *contact,
-                                const thrum_contact_environment *environment, thrum_error *error) {
-  thrum_contact_run run;
-  THRUM_TRY(thrum_contact_open(model, state, contact, environment, &run, error));
-
-  const thrum_contact before = *contact;
-  const thrum_contact_whole kept = thrum_contact_keep_whole(environment);
-  memcpy(run.view.snapshot, state, (size_t)contact->state_bytes);
-  thrum_status status = begin(&run, &kept, error);
-
-  // attempts, until one keeps the energy bound
-  for (int attempt = ATTEMPT_FIRST; status >= 0; attempt++) {
-    if (attempt != ATTEMPT_FIRST)
-      status = again(&run, attempt, error);
-    THRUM_THEN(status, thrum_contact_advance(&run, error));
-    if (status >= 0 && (thrum_contact_allowed(&run) || attempt == ATTEMPT_WITHOUT))
-      break;
-  }
-  if (status >= 0 && !thrum_contact_counts(&run))
-    status = thrum_contact_beyond(error);
-  if (status >= 0)
-    thrum_contact_finish(&run);
-  if (status >= 0 && !thrum_contact_whole_is_finite(environment))
-    status = thrum_contact_beyond(error);
-
-  // a failure leaves everything as it was
-  if (status < 0) {
-    memcpy(state, run.view.snapshot, (size_t)contact->state_bytes);
-    *contact = before;
-    thrum_contact_put_back_whole(environment, &kept);
-  }
-  return status;
 }

@@ -44,6 +44,10 @@ bool thrum_contact_allowed(thrum_contact_run *run);
 void thrum_contact_return(thrum_contact_run *run);
 void thrum_contact_again(thrum_contact_run *run);
 
+/* Calms the coordinates that a step cannot follow after one that was made; returns the energy that
+ * they had [J]. */
+double thrum_contact_calm(thrum_contact_run *run);
+
 /* Books the energy of the step, and moves the body as a whole. */
 void thrum_contact_finish(thrum_contact_run *run);
 

@@ -30,6 +30,16 @@ void thrum_guards_forget_step(thrum_state *state) {
   state->monitor.before_step = -1;
 }
 
+void thrum_guards_take(thrum_state *state, double amount) {
+  if (!(amount > 0.0) || !isfinite(amount))
+    return;
+  thrum_energy_correction_take(state, amount);
+  state->balance.explained -= amount;
+  state->balance.moved += amount;
+  state->monitor.work -= amount;
+  state->monitor.moved += amount;
+}
+
 thrum_status thrum_guards_before(const thrum_model *model, thrum_step_run *run) {
   return thrum_stability_before(model, &run->next, &run->view, &run->samples);
 }

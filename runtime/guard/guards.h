@@ -10,6 +10,9 @@
 void thrum_guards_forget(thrum_state *state);
 void thrum_guards_forget_step(thrum_state *state);
 
+/* After a step: something else has taken an amount of the energy [J], which is no error. */
+void thrum_guards_take(thrum_state *state, double amount);
+
 /* A step, in the order of its moments: see the types in schemes.h. */
 thrum_status thrum_guards_before(const thrum_model *model, thrum_step_run *run);
 thrum_status thrum_guards_sample(const thrum_model *model, thrum_step_run *run, bool product_there);
