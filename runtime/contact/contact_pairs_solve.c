@@ -289,8 +289,8 @@ void thrum_pairs_solve(thrum_pairs_run *run) {
     // rows without a force are left out while the same rows bear: which do so is found first, by
     // sweeps over all, as what is solved without a row that has to bear is no step towards the end
     since = all ? 0 : since + 1;
-    all = run->row_count == 0 || run->closing || begins || settled || slow || end < most || since == ALL_EVERY ||
-          n + 2 == most;
+    all = run->row_count == 0 || run->closing || begins || settled || slow || end < most ||
+          since == ALL_EVERY || n + 2 == most;
   }
   gather(run);
 }
