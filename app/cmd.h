@@ -18,6 +18,7 @@
   X(compare) \
   X(view) \
   X(static) \
+  X(response) \
   X(experiments) \
   X(tradeoff) \
   X(verify) \

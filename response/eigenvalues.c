@@ -14,6 +14,7 @@
 #include <math.h>
 
 #define STEPS_MAX 60   /* QR steps for one eigenvalue; most take two or three */
+#define SWEEPS_MAX 20  /* of scaling */
 #define STEPS_STUCK 10 /* after so many in vain other shifts are tried */
 
 /* A reflection 1 - beta v v^T of three coordinates that takes x to a multiple of the first of them.
@@ -58,6 +59,36 @@ static void reflect_columns(double *h, int64_t n, const reflection *by, int64_t 
     sum *= by->beta;
     for (int64_t j = 0; j < size; j++)
       row[j] -= sum * by->v[j];
+  }
+}
+
+/* Scales rows and columns by powers of two until those of each coordinate are of one size, which
+ * changes no eigenvalue and no digit (Parlett and Reinsch 1969, doi:10.1007/BF02165404). */
+static void balance(double *a, int64_t n) {
+  for (int sweep = 0, changed = 1; changed && sweep < SWEEPS_MAX; sweep++) {
+    changed = 0;
+    for (int64_t i = 0; i < n; i++) {
+      double row = 0, column = 0;
+      for (int64_t j = 0; j < n; j++)
+        if (j != i) {
+          row += fabs(a[i * n + j]);
+          column += fabs(a[j * n + i]);
+        }
+      if (!(row > 0 && column > 0 && isfinite(row + column)))
+        continue;
+
+      // worth it where the sum of both falls by a twentieth
+      int exponent = 0;
+      frexp(sqrt(row / column), &exponent);
+      const double by = ldexp(1, exponent);
+      if (column * by + row / by > 0.95 * (column + row))
+        continue;
+      changed = 1;
+      for (int64_t j = 0; j < n; j++) {
+        a[i * n + j] /= by;
+        a[j * n + i] *= by;
+      }
+    }
   }
 }
 
@@ -135,10 +166,10 @@ static void solve_pair(double a, double b, double c, double d, double *values) {
 /* One step of QR on rows first .. last with the shifts of trace and determinant. */
 static void step(double *h, int64_t n, int64_t first, int64_t last, double trace,
                  double determinant) {
-  // first column of H^2 - trace H + determinant, over the entry below the diagonal
+  // first column of H^2 - trace H + determinant
   const double *r0 = h + first * n + first, *r1 = r0 + n, *r2 = r1 + n;
-  double x = (r0[0] * (r0[0] - trace) + determinant) / r1[0] + r0[1];
-  double y = r0[0] + r1[1] - trace, z = r2[1];
+  double x = r0[0] * (r0[0] - trace) + determinant + r0[1] * r1[0];
+  double y = r1[0] * (r0[0] + r1[1] - trace), z = r1[0] * r2[1];
   for (int64_t k = first; k < last; k++) {
     const int64_t size = k + 2 <= last ? 3 : 2;
     const reflection by = reflection_of(x, y, size == 3 ? z : 0);
@@ -202,6 +233,7 @@ static void sort(double *values, int64_t n) {
 }
 
 bool thrum_eigenvalues(double *matrix, int64_t n, double *values) {
+  balance(matrix, n);
   make_hessenberg(matrix, n);
   if (!iterate(matrix, n, values))
     return false;

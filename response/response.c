@@ -30,8 +30,8 @@
 #define TURN_MOST 0.95   /* product of two directions: a sharper turn asks for a shorter step */
 #define AWAY_MOST 0.2    /* of a step: a point further from its guess may be of another curve */
 #define RAMP 32          /* steps of the load where the first point is not found at once */
-#define SMALL 1e-2       /* share of nonlinear forces in the first motion of a backbone */
-#define SIZE_FIRST 20.0  /* by which its first motion is too small to measure steps by */
+#define SMALL 1e-3       /* share of nonlinear forces in the first motion of a backbone */
+#define SIZE_FIRST 100.0  /* by which its first motion is too small to measure steps by */
 #define SMALL_TRIALS 200 /* at finding it */
 
 typedef struct curve {

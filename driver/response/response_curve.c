@@ -1,0 +1,389 @@
+/* A curve of periodic motions: the request becomes a def of thrum/response.h, and its points become
+ * rows with what is seen of them. SPDX-License-Identifier: Apache-2.0 */
+#include "driver/response/response_curve.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "config/message.h"
+#include "config/progress.h"
+#include "core/base/pi.h"
+#include "driver/model/model_cut.h"
+#include "driver/model/model_meta.h"
+#include "platform/allocate.h"
+#include "platform/clock.h"
+#include "platform/stop_request.h"
+#include "thrum/thrum.h"
+
+#define MASTERS_MOST 8    /* that are stepped where the request leaves it open */
+#define HARMONICS_FIRST 5 /* tried where it leaves those open, */
+#define HARMONICS_MORE 4  /* and so many more each time, */
+#define TAIL_MOST 1e-6    /* while the last two have more of the kinetic energy */
+#define PHASES_LEAST 64   /* at which the largest displacement is looked for */
+#define ROOM_FIRST 256
+#define FORCED_FROM 0.8 /* of the first frequency */
+#define FORCED_TO 1.2
+#define FREE_FROM 0.5
+#define FREE_TO 2.0
+
+/* --- the model -------------------------------------------------------------------------------- */
+
+/* Masters where the request leaves it open: the modes whose derivatives are all there. */
+static int64_t masters_by_model(const thrum_model *model) {
+  if (thrum_model_masters(model) > 0 || model->point_count > 0)
+    return thrum_model_masters(model);
+  cJSON *meta = model_meta_parse(model);
+  const cJSON *modes = model_meta_find(meta, NULL, "modes");
+  int64_t masters = cJSON_IsNumber(modes) ? (int64_t)modes->valuedouble : 0;
+  cJSON_Delete(meta);
+  if (masters > MASTERS_MOST)
+    masters = MASTERS_MOST;
+  return masters > 0 && model->rank >= masters + masters * (masters + 1) / 2 ? masters : 0;
+}
+
+static thrum_status make_model(response_curve *c, thrum_error *error) {
+  const thrum_model *loaded = c->loaded;
+  int64_t masters = c->request->condense;
+  if (masters < 0)
+    masters = masters_by_model(loaded);
+  if (masters == 0 && thrum_model_masters(loaded) > 0)
+    return thrum_error_set(error, THRUM_MISSING,
+                           "--condense none: the model was precomputed condensed to %lld "
+                           "coordinates, and has no polynomial of all %lld",
+                           (long long)thrum_model_masters(loaded), (long long)loaded->rank);
+  if (masters == loaded->rank)
+    masters = 0;
+  THRUM_TRY(model_condense_to(loaded, masters, &c->memory, &c->stepped, error));
+  c->shape = thrum_condensed_shape_model(c->stepped);
+  if (c->request->mode > c->stepped->rank)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "--mode %lld: the model has %lld coordinates that move",
+                           (long long)c->request->mode, (long long)c->stepped->rank);
+  return THRUM_OK;
+}
+
+/* --- what is looked at ------------------------------------------------------------------------ */
+
+/* The vertex that moves furthest in the mode, or in the first. */
+static thrum_status furthest_vertex(response_curve *c, thrum_error *error) {
+  double *q = NULL, length = 0;
+  int64_t vertex = 0;
+  if (c->shape->basis == NULL)
+    return THRUM_OK;
+  THRUM_TRY(thrum_reserve(&q, 2 * c->shape->rank, sizeof *q, "the mode", error));
+  q[c->request->mode > 0 ? c->request->mode - 1 : 0] = 1;
+  thrum_status status = thrum_basis_extents(c->shape, q + c->shape->rank, error);
+  THRUM_THEN(status,
+             thrum_displacement_peak(c->shape, q + c->shape->rank, q, &length, &vertex, error));
+  free(q);
+  snprintf(c->vertex, sizeof c->vertex, "vertex=%lld", (long long)vertex + 1);
+  return status;
+}
+
+/* The displacement of each target under a unit of each coordinate. */
+static thrum_status see_targets(response_curve *c, const load_target *targets, thrum_error *error) {
+  const int64_t rank = c->shape->rank;
+  double *q = NULL;
+  THRUM_TRY(
+      thrum_reserve(&c->seen, 3 * c->target_count * rank, sizeof *c->seen, "the targets", error));
+  THRUM_TRY(thrum_reserve(&q, rank, sizeof *q, "the targets", error));
+  thrum_status status = THRUM_OK;
+  for (int64_t n = 0; n < c->target_count && status >= 0; n++) {
+    load_vertices at = {0};
+    status = config_error_in(error, load_target_find(c->shape, &targets[n], &at, error), "--at");
+    for (int64_t i = 0; i < rank && status >= 0; i++) {
+      double mean[3] = {0, 0, 0};
+      q[i] = 1;
+      status = thrum_displacement_mean(c->shape, at.list, at.count, q, mean, error);
+      q[i] = 0;
+      for (int axis = 0; axis < 3; axis++)
+        c->seen[(3 * n + axis) * rank + i] = mean[axis];
+    }
+    load_vertices_free(&at);
+  }
+  free(q);
+  return status;
+}
+
+static thrum_status choose_targets(response_curve *c, thrum_error *error) {
+  const response_request *request = c->request;
+  c->at = request->at;
+  c->target_count = request->target_count;
+  if (request->target_count > 0)
+    return see_targets(c, request->targets, error);
+
+  // where nothing is named the mode says what is worth a look
+  static const char *names[1];
+  load_target target = {0};
+  THRUM_TRY(furthest_vertex(c, error));
+  if (c->vertex[0] == 0)
+    return THRUM_OK;
+  THRUM_TRY(load_target_parse(c->vertex, "--at", &target, error));
+  names[0] = c->vertex;
+  c->at = names;
+  c->target_count = 1;
+  return see_targets(c, &target, error);
+}
+
+/* --- opening ---------------------------------------------------------------------------------- */
+
+static thrum_status make_loads(response_curve *c, thrum_error *error) {
+  const response_request *request = c->request;
+  const int64_t rank = c->shape->rank;
+  THRUM_TRY(thrum_reserve(&c->loads[0], 4 * rank, sizeof **c->loads, "the loads", error));
+  c->loads[1] = c->loads[0] + rank;
+  c->loads[2] = c->loads[1] + rank;
+  for (int64_t n = 0; n < request->load_count; n++) {
+    const response_load *load = &request->loads[n];
+    double *reduced = c->loads[2] + rank;
+    bool idle = true;
+    THRUM_TRY(
+        response_load_add(c->shape, load, c->loads[0], c->loads[1], c->loads[2], reduced, error));
+    for (int64_t i = 0; i < rank; i++)
+      idle = idle && reduced[i] == 0;
+    if (idle)
+      config_warn("%s '%s' moves nothing: it is zero, all of its vertices are held, or nothing "
+                  "holds the body",
+                  load->base ? "--base-motion" : "--load", load->text);
+  }
+
+  // a free body has no coordinates for what moves it as a whole
+  if (c->shape->rigid != NULL && request->load_count > 0)
+    config_warn("nothing holds the body: what of the loads moves it as a whole has no effect");
+  return THRUM_OK;
+}
+
+thrum_status response_curve_open(const response_request *request, const thrum_model *loaded,
+                                 response_curve *curve, thrum_error *error) {
+  *curve = (response_curve){.request = request, .loaded = loaded};
+  THRUM_TRY(make_model(curve, error));
+  THRUM_TRY(choose_targets(curve, error));
+  THRUM_TRY(make_loads(curve, error));
+  THRUM_TRY(thrum_reserve(&curve->rates, curve->stepped->rank, sizeof *curve->rates, "the damping",
+                          error));
+  damping_spec_rates(&request->damping, curve->stepped->omega2, curve->stepped->rank, curve->rates);
+
+  // the range, by the mode where it is not given
+  const int64_t mode = request->mode > 0 ? request->mode - 1 : 0;
+  const double hertz = sqrt(curve->stepped->omega2[mode]) / THRUM_TWO_PI;
+  const bool is_free = request->mode > 0;
+  curve->from = request->from > 0 ? request->from : (is_free ? FREE_FROM : FORCED_FROM) * hertz;
+  curve->to = request->to > 0 ? request->to : (is_free ? FREE_TO : FORCED_TO) * hertz;
+  return THRUM_OK;
+}
+
+static void drop_rows(response_curve *c) {
+  free(c->rows);
+  free(c->coefficients);
+  free(c->harmonic);
+  free(c->peak);
+  c->rows = NULL;
+  c->coefficients = c->harmonic = c->peak = NULL;
+  c->count = c->room = 0;
+}
+
+void response_curve_close(response_curve *curve) {
+  drop_rows(curve);
+  free(curve->memory);
+  free(curve->rates);
+  free(curve->loads[0]);
+  free(curve->seen);
+  *curve = (response_curve){0};
+}
+
+/* --- rows ------------------------------------------------------------------------------------- */
+
+/* Numbers of a row in each of its arrays. */
+static int64_t coefficients_of(const response_curve *c) {
+  return (2 * c->harmonics + 1) * c->stepped->rank;
+}
+static int64_t harmonics_of(const response_curve *c) {
+  return c->target_count * 3 * (2 * c->harmonics + 1);
+}
+
+static thrum_status grow(void **array, int64_t room, int64_t numbers, size_t size,
+                         thrum_error *error) {
+  void *grown = realloc(*array, (size_t)(room * numbers + 1) * size);
+  if (grown == NULL)
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for %lld points of the curve",
+                           (long long)room);
+  *array = grown;
+  return THRUM_OK;
+}
+
+static thrum_status make_room(response_curve *c) {
+  if (c->count < c->room)
+    return THRUM_OK;
+  const int64_t room = c->room > 0 ? 2 * c->room : ROOM_FIRST;
+  void *rows = c->rows, *coefficients = c->coefficients, *harmonic = c->harmonic, *peak = c->peak;
+  thrum_status status = grow(&rows, room, 1, sizeof *c->rows, &c->failure);
+  THRUM_THEN(status, grow(&coefficients, room, coefficients_of(c), sizeof(double), &c->failure));
+  THRUM_THEN(status, grow(&harmonic, room, harmonics_of(c), sizeof(double), &c->failure));
+  THRUM_THEN(status, grow(&peak, room, c->target_count, sizeof(double), &c->failure));
+  c->rows = rows;
+  c->coefficients = coefficients;
+  c->harmonic = harmonic;
+  c->peak = peak;
+  if (status >= 0)
+    c->room = room;
+  return status;
+}
+
+/* The coordinates of the shape at a phase. */
+static void shape_at(const response_curve *c, const double *coefficients, double omega,
+                     double phase, double *q, double *p) {
+  double x[THRUM_RANK_MAX], v[THRUM_RANK_MAX], load[THRUM_RANK_MAX];
+  thrum_response_at(c->stepped->rank, (int32_t)c->harmonics, omega, phase, coefficients, x, v);
+  for (int64_t i = 0; i < c->shape->rank; i++)
+    load[i] = c->loads[0][i] + cos(phase) * c->loads[1][i] + sin(phase) * c->loads[2][i];
+  if (q != NULL)
+    thrum_condensed_shape(c->stepped, x, load, q);
+  if (p != NULL)
+    thrum_condensed_velocity(c->stepped, x, v, p);
+}
+
+/* What is seen at the targets: the largest displacement over a period, and its harmonics. */
+static void see(response_curve *c, const thrum_response_point *point) {
+  const int64_t h = c->harmonics, count = 2 * h + 1, rank = c->shape->rank;
+  const int64_t phases = 8 * h > PHASES_LEAST ? 8 * h : PHASES_LEAST;
+  double *harmonic = c->harmonic + c->count * harmonics_of(c), q[THRUM_RANK_MAX];
+  double *peak = c->peak + c->count * c->target_count;
+  memset(harmonic, 0, (size_t)harmonics_of(c) * sizeof *harmonic);
+  memset(peak, 0, (size_t)c->target_count * sizeof *peak);
+  for (int64_t s = 0; s < phases; s++) {
+    const double phase = THRUM_TWO_PI * (double)s / (double)phases;
+    shape_at(c, point->coefficients, point->omega, phase, q, NULL);
+    for (int64_t n = 0; n < c->target_count; n++) {
+      double square = 0;
+      for (int axis = 0; axis < 3; axis++) {
+        double *out = harmonic + (3 * n + axis) * count, u = 0;
+        for (int64_t i = 0; i < rank; i++)
+          u += c->seen[(3 * n + axis) * rank + i] * q[i];
+        square += u * u;
+        out[0] += u / (double)phases;
+        for (int64_t k = 1; k <= h; k++) {
+          out[k] += 2 * u * cos((double)k * phase) / (double)phases;
+          out[h + k] += 2 * u * sin((double)k * phase) / (double)phases;
+        }
+      }
+      peak[n] = fmax(peak[n], sqrt(square));
+    }
+  }
+}
+
+static bool keep_row(void *context, const thrum_response_point *point) {
+  response_curve *c = context;
+  if (make_room(c) < 0)
+    return false;
+  response_row *row = &c->rows[c->count];
+  *row = (response_row){.point = *point, .multiplier = {NAN, NAN}};
+  if (point->multipliers != NULL)
+    memcpy(row->multiplier, point->multipliers, sizeof row->multiplier);
+  row->point.multipliers = row->point.coefficients = NULL;
+  memcpy(c->coefficients + c->count * coefficients_of(c), point->coefficients,
+         (size_t)coefficients_of(c) * sizeof(double));
+  see(c, point);
+  c->count++;
+  return !thrum_stop_requested();
+}
+
+double response_curve_amplitude(const response_curve *curve, int64_t row, int64_t target, int axis,
+                                int64_t k, double *phase) {
+  const int64_t count = 2 * curve->harmonics + 1;
+  const double *of = curve->harmonic + row * harmonics_of(curve) + (3 * target + axis) * count;
+  const double cosine = of[k], sine = of[curve->harmonics + k];
+  *phase = atan2(cosine, sine);
+  return hypot(cosine, sine);
+}
+
+void response_curve_state(const response_curve *curve, int64_t row, double *q, double *p) {
+  const double *coefficients = curve->coefficients + row * coefficients_of(curve);
+  double x[THRUM_RANK_MAX], v[THRUM_RANK_MAX];
+
+  // a run begins without the static answer of the slaves, which it adds by itself
+  thrum_response_at(curve->stepped->rank, (int32_t)curve->harmonics, curve->rows[row].point.omega,
+                    0, coefficients, x, v);
+  thrum_condensed_shape(curve->stepped, x, NULL, q);
+  thrum_condensed_velocity(curve->stepped, x, v, p);
+}
+
+/* --- finding ---------------------------------------------------------------------------------- */
+
+static thrum_response_def def_of(const response_curve *c, bool stability) {
+  const response_request *request = c->request;
+  thrum_response_def def = thrum_default_response_def();
+  def.harmonics = (int32_t)c->harmonics;
+  def.mode = request->mode - 1;
+  def.from = THRUM_TWO_PI * c->from;
+  def.to = THRUM_TWO_PI * c->to;
+  def.step = request->step;
+  def.points = (int32_t)request->points_max;
+  def.tolerance = request->tolerance;
+  def.stability = stability;
+  def.stability_steps = (int32_t)request->stability_steps;
+  if (request->mode > 0)
+    return def;
+  def.damping = damping_spec_given(&request->damping) ? c->rates : NULL;
+  def.load_mean = c->loads[0];
+  def.load_cosine = c->loads[1];
+  def.load_sine = c->loads[2];
+  return def;
+}
+
+/* The coordinate of the mode at which its furthest vertex is displaced by --amplitude. */
+static thrum_status bound_amplitude(const response_curve *c, thrum_response_def *def,
+                                    thrum_error *error) {
+  if (!isfinite(c->request->amplitude) || def->mode < 0)
+    return THRUM_OK;
+  double q[THRUM_RANK_MAX] = {0};
+  THRUM_TRY(config_error_in(
+      error, thrum_mode_add(c->shape, def->mode, c->request->amplitude, q, error), "--amplitude"));
+  def->amplitude = fabs(q[def->mode]);
+  return THRUM_OK;
+}
+
+static thrum_status follow(response_curve *c, bool stability, thrum_error *error) {
+  thrum_response_def def = def_of(c, stability);
+  void *workspace = NULL;
+  size_t size = 0;
+  drop_rows(c);
+  THRUM_TRY(bound_amplitude(c, &def, error));
+  THRUM_TRY(thrum_response_size(c->stepped, &def, &size, error));
+  THRUM_TRY(thrum_reserve_aligned(&workspace, size, "the curve", error));
+  const double began = clock_seconds();
+  thrum_status status =
+      thrum_response(c->stepped, &def, NULL, workspace, size, keep_row, c, &c->report, error);
+  c->seconds = clock_seconds() - began;
+  free(workspace);
+  if (status >= 0 && c->failure.status < 0 && error != NULL)
+    *error = c->failure;
+  return status >= 0 && c->failure.status < 0 ? c->failure.status : status;
+}
+
+thrum_status response_curve_find(response_curve *curve, thrum_error *error) {
+  const response_request *request = curve->request;
+  config_progress progress = config_progress_make(request->quiet);
+  const bool open = request->harmonics == 0;
+  thrum_status status = THRUM_OK;
+  curve->harmonics = open ? HARMONICS_FIRST : request->harmonics;
+
+  // more harmonics while the last of them matter; that is looked for without stability
+  for (bool enough = !open; !enough && status >= 0 && !thrum_stop_requested();) {
+    char label[40];
+    snprintf(label, sizeof label, "curve, %d harmonics", (int)curve->harmonics);
+    config_progress_update(&progress, label, 0);
+    status = follow(curve, false, error);
+    enough = curve->report.tail <= TAIL_MOST ||
+             curve->harmonics + HARMONICS_MORE > THRUM_RESPONSE_HARMONICS_MAX;
+    curve->harmonics += enough ? 0 : HARMONICS_MORE;
+    config_progress_end(&progress, status >= 0);
+  }
+  if (status >= 0 && (!open || request->stability)) {
+    config_progress_update(&progress, request->stability ? "curve and stability" : "curve", 0);
+    status = follow(curve, request->stability, error);
+    config_progress_end(&progress, status >= 0);
+  }
+  return status;
+}

@@ -1,0 +1,53 @@
+/* A curve of periodic motions, as it is found and kept. SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_DRIVER_RESPONSE_RESPONSE_CURVE_H
+#define THRUM_DRIVER_RESPONSE_RESPONSE_CURVE_H
+
+#include "driver/response/response_options.h"
+#include "thrum/response.h"
+
+/* One motion: what the library says of it, without its arrays, and what is seen at the targets. */
+typedef struct response_row {
+  thrum_response_point point;
+  double multiplier[2]; /* the largest; NaN: not looked at */
+} response_row;
+
+typedef struct response_curve {
+  const response_request *request;
+  const thrum_model *loaded, *stepped, *shape; /* shape shows what stepped moves */
+  void *memory;                                /* of the stepped model */
+  int64_t harmonics;
+  double *rates;         /* D of the coordinates that are stepped [1/s] */
+  double *loads[3];      /* mean, cosine and sine, rank of the shape each */
+  double from, to;       /* [Hz] */
+  double *seen;          /* targets x 3 x rank of the shape: displacement by coordinate */
+  char vertex[40];       /* the target of a body whose targets are not named */
+  const char *const *at; /* names of the targets */
+  int64_t target_count;
+
+  response_row *rows;
+  int64_t count, room;
+  double *coefficients; /* rows x (2 H + 1) x rank */
+  double *harmonic;     /* rows x targets x 3 x (2 H + 1): mean, then cosines, then sines [m] */
+  double *peak;         /* rows x targets: largest displacement [m] */
+  thrum_response_report report;
+  thrum_error failure; /* of keeping rows */
+  double seconds;
+} response_curve;
+
+/* Makes ready what the request asks for, of the loaded model, which stays the caller's;
+ * response_curve_close frees, whatever came back. */
+thrum_status response_curve_open(const response_request *request, const thrum_model *loaded,
+                                 response_curve *curve, thrum_error *error);
+void response_curve_close(response_curve *curve);
+
+/* Follows the curve; what was found is kept. */
+thrum_status response_curve_find(response_curve *curve, thrum_error *error);
+
+/* Amplitude [m] and phase [rad] of harmonic k >= 1 of a target along an axis, in a row. */
+double response_curve_amplitude(const response_curve *curve, int64_t row, int64_t target, int axis,
+                                int64_t k, double *phase);
+
+/* q and p (rank of the shape each) of a row where the load's sine begins. */
+void response_curve_state(const response_curve *curve, int64_t row, double *q, double *p);
+
+#endif

@@ -1,0 +1,39 @@
+/* Options of `thrum response`. SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_DRIVER_RESPONSE_RESPONSE_OPTIONS_H
+#define THRUM_DRIVER_RESPONSE_RESPONSE_OPTIONS_H
+
+#include "config/options.h"
+#include "driver/response/response_load.h"
+#include "driver/spec/damping_spec.h"
+
+typedef struct response_request {
+  const char *model_path;
+  const char *output; /* folder; NULL: nothing is written */
+  int64_t mode;       /* 1-based, of a backbone; 0: a forced curve */
+  response_load *loads;
+  int64_t load_count;
+  double from, to;      /* [Hz]; 0: by the mode */
+  const char **at;      /* targets, as given */
+  load_target *targets; /* the same, parsed */
+  int64_t target_count;
+  int64_t harmonics; /* 0: as many as are needed */
+  damping_spec damping;
+  int64_t condense;       /* masters; -1: by the model, 0: none follow */
+  double amplitude;       /* at which a backbone ends [m]; infinite: it does not */
+  double step, tolerance; /* of the library */
+  int64_t points_max, stability_steps;
+  bool stability;
+  int64_t *starts; /* 1-based points whose state is written */
+  int64_t start_count;
+  bool json, quiet;
+  config_file file; /* of --options; the texts above may point into it */
+} response_request;
+
+/* The command and its options. */
+extern const config_command command_response;
+
+/* Fills a zeroed request whose lists have room for argc + CONFIG_FILE_ITEMS_MAX. COMMAND_DONE, or
+ * what the command is to return. */
+int response_options_read(int argc, char **argv, response_request *request);
+
+#endif

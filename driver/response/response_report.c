@@ -1,0 +1,191 @@
+/* What `thrum response` says of a curve; see response_report.h. SPDX-License-Identifier: Apache-2.0
+ */
+#include "driver/response/response_report.h"
+
+#include <inttypes.h>
+#include <math.h>
+#include <stdio.h>
+
+#include "config/message.h"
+#include "core/base/pi.h"
+#include "io/json.h"
+
+#define TAIL_WARNED 1e-3 /* of the kinetic energy in the last two harmonics */
+
+const char *response_status_name(const response_curve *curve) {
+  switch (curve->report.end) {
+  case THRUM_RESPONSE_END_LOST:
+    return "lost";
+  case THRUM_RESPONSE_END_POINTS:
+    return "points";
+  case THRUM_RESPONSE_END_STOPPED:
+    return "stopped";
+  case THRUM_RESPONSE_END_ARRIVED:
+  case THRUM_RESPONSE_END_LEFT:
+  case THRUM_RESPONSE_END_AMPLITUDE:
+  case THRUM_RESPONSE_END_CLOSED:
+    break;
+  }
+  return "done";
+}
+
+static double hertz(double omega) {
+  return omega / THRUM_TWO_PI;
+}
+
+/* The row of the largest displacement of the first target; -1: there is none. */
+static int64_t peak_row(const response_curve *c) {
+  int64_t best = -1;
+  for (int64_t n = 0; n < c->count && c->target_count > 0; n++)
+    if (best < 0 || c->peak[n * c->target_count] > c->peak[best * c->target_count])
+      best = n;
+  return best;
+}
+
+static void add_special(const response_curve *c, cJSON *object) {
+  cJSON *list = cJSON_AddArrayToObject(object, "special");
+  for (int64_t n = 0; n < c->count; n++) {
+    const response_row *row = &c->rows[n];
+    if (row->point.kind == THRUM_RESPONSE_REGULAR)
+      continue;
+    cJSON *item = json_add_row(list);
+    json_number(item, "point", (double)n + 1);
+    json_string(item, "kind", thrum_response_kind_name(row->point.kind));
+    json_number(item, "frequency_hz", hertz(row->point.omega));
+    json_number(item, "relative_to_mode",
+                row->point.omega /
+                    sqrt(c->stepped->omega2[c->request->mode > 0 ? c->request->mode - 1 : 0]));
+    json_number(item, "energy_j", row->point.energy);
+    json_numbers(item, "peak_m", c->peak + n * c->target_count, c->target_count);
+  }
+}
+
+/* Where a multiple of the frequency meets that of a mode at rest. */
+static void add_resonances(const response_curve *c, cJSON *object) {
+  cJSON *list = cJSON_AddArrayToObject(object, "internal_resonances");
+  double low = INFINITY, high = 0;
+  for (int64_t n = 0; n < c->count; n++) {
+    low = fmin(low, c->rows[n].point.omega);
+    high = fmax(high, c->rows[n].point.omega);
+  }
+  for (int64_t k = 2; k <= c->harmonics; k++)
+    for (int64_t mode = 0; mode < c->stepped->rank; mode++) {
+      const double omega = sqrt(c->stepped->omega2[mode]) / (double)k;
+      if (omega < low || omega > high)
+        continue;
+      cJSON *item = json_add_row(list);
+      json_number(item, "harmonic", (double)k);
+      json_number(item, "mode", (double)mode + 1);
+      json_number(item, "frequency_hz", hertz(omega));
+    }
+}
+
+cJSON *response_report_object(const response_curve *curve) {
+  const response_request *request = curve->request;
+  cJSON *object = json_report("response", response_status_name(curve));
+  json_string(object, "model", request->model_path);
+  json_number(object, "rank", (double)curve->shape->rank);
+  json_number(object, "coordinates", (double)curve->stepped->rank);
+  json_number(object, "mode", request->mode > 0 ? (double)request->mode : NAN);
+  cJSON *loads = cJSON_AddArrayToObject(object, "loads");
+  for (int64_t n = 0; n < request->load_count; n++)
+    json_add_string(loads, request->loads[n].text);
+  json_numbers(object, "damping", (const double[]){request->damping.alpha, request->damping.beta},
+               2);
+  json_numbers(object, "damping_ratios", request->damping.ratios, request->damping.ratio_count);
+  json_number(object, "from_hz", curve->from);
+  json_number(object, "to_hz", curve->to);
+  json_number(object, "harmonics", (double)curve->harmonics);
+  json_strings(object, "at", curve->at, curve->target_count);
+  double frequencies[8];
+  const int64_t shown = curve->stepped->rank < 8 ? curve->stepped->rank : 8;
+  for (int64_t i = 0; i < shown; i++)
+    frequencies[i] = hertz(sqrt(curve->stepped->omega2[i]));
+  json_numbers(object, "mode_hz", frequencies, shown);
+
+  // the curve
+  const thrum_response_report *report = &curve->report;
+  json_string(object, "end", thrum_response_end_name(report->end));
+  json_number(object, "end_hz",
+              curve->count > 0 ? hertz(curve->rows[curve->count - 1].point.omega) : NAN);
+  json_number(object, "points", (double)curve->count);
+  json_number(object, "folds", report->folds);
+  const int64_t peak = peak_row(curve);
+  json_number(object, "peak_point", peak >= 0 ? (double)peak + 1 : NAN);
+  json_number(object, "peak_hz", peak >= 0 ? hertz(curve->rows[peak].point.omega) : NAN);
+  json_number(object, "peak_m", peak >= 0 ? curve->peak[peak * curve->target_count] : NAN);
+  add_special(curve, object);
+  add_resonances(curve, object);
+
+  // how well it was found, and at what cost
+  json_number(object, "tail", report->tail);
+  json_number(object, "balance", report->balance);
+  json_number(object, "iterations", report->iterations);
+  json_number(object, "factorisations", report->factorisations);
+  json_string(object, "output", request->output);
+  json_number(object, "seconds", curve->seconds);
+  return object;
+}
+
+void response_report_table(const response_curve *curve) {
+  const response_request *request = curve->request;
+  const thrum_response_report *report = &curve->report;
+  const int64_t mode = request->mode > 0 ? request->mode - 1 : 0;
+  const double omega = sqrt(curve->stepped->omega2[mode]);
+  printf("model        %" PRId64 " coordinates move, %" PRId64 " follow; mode %" PRId64
+         " at %.6g Hz\n",
+         curve->stepped->rank, curve->shape->rank - curve->stepped->rank, mode + 1, hertz(omega));
+  printf("curve        %" PRId64 " points, %.6g to %.6g Hz, %s; %" PRId64
+         " harmonics, the last two with "
+         "%.1e of the energy\n",
+         curve->count, hertz(curve->rows[0].point.omega),
+         hertz(curve->rows[curve->count - 1].point.omega), thrum_response_end_name(report->end),
+         curve->harmonics, report->tail);
+  const int64_t peak = peak_row(curve);
+  if (peak >= 0)
+    printf("peak         %.6g m at %s, %.6g Hz, point %" PRId64 "\n",
+           curve->peak[peak * curve->target_count], curve->at[0],
+           hertz(curve->rows[peak].point.omega), peak + 1);
+
+  // what happens on the way
+  for (int64_t n = 0; n < curve->count; n++) {
+    const response_row *row = &curve->rows[n];
+    if (row->point.kind != THRUM_RESPONSE_REGULAR)
+      printf("%-12s %.8g Hz, %+.4f %% of mode %" PRId64 ", point %" PRId64 "\n",
+             row->point.kind == THRUM_RESPONSE_PERIOD_DOUBLING ? "doubling"
+             : row->point.kind == THRUM_RESPONSE_NEIMARK_SACKER
+                 ? "torus"
+                 : thrum_response_kind_name(row->point.kind),
+             hertz(row->point.omega), 100 * (row->point.omega / omega - 1), mode + 1, n + 1);
+  }
+  if (report->balance > 0)
+    printf("balance      work of the load and dissipation agree to %.1e\n", report->balance);
+  printf("cost         %.3g s, %d iterations, %d factorisations\n", curve->seconds,
+         (int)report->iterations, (int)report->factorisations);
+  printf("status       %s\n", response_status_name(curve));
+  if (request->output != NULL)
+    printf("files        %s\n", request->output);
+}
+
+void response_report_warn(const response_curve *curve) {
+  const response_request *request = curve->request;
+  const double last = hertz(curve->rows[curve->count - 1].point.omega);
+  if (request->mode == 0 && !damping_spec_given(&request->damping))
+    config_warn("nothing damps the body: the resonance has no end, and the curve follows it out of "
+                "the range; give --damping-ratio or --q");
+  if (curve->report.tail > TAIL_WARNED)
+    config_warn(
+        "too few harmonics: the last two of %d have %.2g %% of the kinetic energy; take more "
+        "--harmonics",
+        (int)curve->harmonics, 100 * curve->report.tail);
+  if (curve->report.end == THRUM_RESPONSE_END_LOST)
+    config_warn("the curve was lost at %.6g Hz: what was found before is kept", last);
+  if (curve->report.end == THRUM_RESPONSE_END_POINTS)
+    config_warn("the curve ends at %.6g Hz after as many --points as were allowed", last);
+  if (curve->report.end == THRUM_RESPONSE_END_STOPPED)
+    config_warn("stopped at %.6g Hz: what was found is kept", last);
+  if (curve->report.end == THRUM_RESPONSE_END_LEFT)
+    config_warn("the curve turned back and left the range at --from, %.6g Hz", last);
+  if (curve->report.end == THRUM_RESPONSE_END_CLOSED)
+    config_warn("the curve closed on itself: it is an isola");
+}

@@ -1,0 +1,20 @@
+/* What `thrum response` says of a curve, and the files that it writes.
+ * SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_DRIVER_RESPONSE_RESPONSE_REPORT_H
+#define THRUM_DRIVER_RESPONSE_RESPONSE_REPORT_H
+
+#include <cjson/cJSON.h>
+
+#include "driver/response/response_curve.h"
+
+/* "done", or what flags it: "lost", "points", "stopped". */
+const char *response_status_name(const response_curve *curve);
+
+/* The report as an object, which the caller prints or deletes. */
+cJSON *response_report_object(const response_curve *curve);
+void response_report_table(const response_curve *curve);
+
+/* Warns of what the curve cannot be believed for. */
+void response_report_warn(const response_curve *curve);
+
+#endif

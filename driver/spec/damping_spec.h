@@ -1,0 +1,44 @@
+/* Damping as a user writes it: Rayleigh's, a ratio for each mode, or a quality factor.
+ * SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_DRIVER_SPEC_DAMPING_SPEC_H
+#define THRUM_DRIVER_SPEC_DAMPING_SPEC_H
+
+#include "config/options.h"
+
+#define DAMPING_RATIOS_MAX 64
+
+typedef struct damping_spec {
+  double alpha, beta;                /* of the mass [1/s] and of the stiffness [s] */
+  double ratios[DAMPING_RATIOS_MAX]; /* of the modes; the last one is that of all beyond */
+  int64_t ratio_count;
+  bool by_quality; /* the ratios were given as quality factors */
+} damping_spec;
+
+/* For `take` of the options. */
+thrum_status damping_spec_take_rayleigh(const config_given *given, damping_spec *damping);
+thrum_status damping_spec_take_ratios(const config_given *given, damping_spec *damping);
+thrum_status damping_spec_take_quality(const config_given *given, damping_spec *damping);
+
+/* Whether anything damps. */
+bool damping_spec_given(const damping_spec *damping);
+
+/* rates (rank) [1/s]: D of each coordinate, alpha + beta omega^2 + 2 zeta omega. */
+void damping_spec_rates(const damping_spec *damping, const double *omega2, int64_t rank,
+                        double *rates);
+
+#define OPTION_DAMPING_RATIO(taken)                                                                \
+  OPTION_WORD(                                                                                     \
+      "damping-ratio", "Z1,Z2,...", "none",                                                        \
+      "damping over critical damping of each mode at rest, such as 0.002; the last one is "        \
+      "that of all modes beyond; adds to --damping",                                               \
+      .take = taken, CONFIG_FROM(0), .wants = "ratios from 0, with commas between",                \
+      .schema = "{\"anyOf\":[{\"type\":\"number\",\"minimum\":0},{\"type\":\"array\","             \
+                "\"items\":{\"type\":\"number\",\"minimum\":0}}]}")
+#define OPTION_QUALITY(taken)                                                                      \
+  OPTION_WORD("q", "Q1,Q2,...", "none",                                                            \
+              "quality factor of each mode, 1 over twice its damping ratio, in its place",         \
+              .take = taken, CONFIG_ABOVE(0), .wants = "numbers above 0, with commas between",     \
+              .schema = "{\"anyOf\":[{\"type\":\"number\",\"exclusiveMinimum\":0},{\"type\":"      \
+                        "\"array\",\"items\":{\"type\":\"number\",\"exclusiveMinimum\":0}}]}")
+
+#endif
