@@ -46,7 +46,7 @@ void thrum_direction_normalise(int64_t count, double *direction) {
 static bool factor(thrum_corrector *c, const double *normal, const thrum_place *place) {
   thrum_balance *b = c->balance;
   const int64_t n = b->unknowns;
-  thrum_balance_linearise(b);
+  thrum_balance_linearise(b, place->omega);
   for (int64_t row = 0; row < n; row++) {
     double *out = c->matrix + row * (n + 1);
     const double scale = 1 / thrum_balance_weight(b, place->omega, row);

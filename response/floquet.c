@@ -49,9 +49,11 @@ void thrum_floquet_lay(thrum_floquet *f, thrum_room *room) {
   f->system = thrum_room_take(room, 4 * r * r);
   f->rates = thrum_room_take(room, 4 * r * r);
   f->tangents = thrum_room_take(room, 2 * r * r);
+  f->drag = thrum_room_take(room, f->balance->slaves.count > 0 ? 2 * r * r : 0);
+  f->inertia = thrum_room_take(room, f->balance->slaves.count > 0 ? 2 * r * r : 0);
   f->product = thrum_room_take(room, 2 * r * r);
   f->values = thrum_room_take(room, 4 * r);
-  f->q = thrum_room_take(room, r);
+  f->q = thrum_room_take(room, 4 * r);
   f->columns = (int32_t *)(void *)thrum_room_take(room, r + 1);
 }
 
@@ -67,40 +69,70 @@ void thrum_floquet_fill(thrum_floquet *f) {
   }
 }
 
-/* T / Omega^2 at a place of Gauss, with what of the load changes with q. */
-static void tangent_at(thrum_floquet *f, const thrum_place *of, int64_t place, double *tangent) {
-  thrum_balance *b = f->balance;
-  const int64_t r = b->rank, h = b->harmonics, square = r * r;
+/* Place, velocity and acceleration at a place of Gauss, in f->q. */
+static void motion_at(thrum_floquet *f, const thrum_place *of, int64_t place) {
+  const thrum_balance *b = f->balance;
+  const int64_t r = b->rank, h = b->harmonics;
   const double *cosines = f->cosines + place * h, *sines = f->sines + place * h;
+  double *velocity = f->q + r, *bend = velocity + r;
+  memset(f->q, 0, (size_t)(4 * r) * sizeof *f->q);
   memcpy(f->q, of->x, (size_t)r * sizeof *f->q);
   for (int64_t block = 1; block < b->blocks; block++) {
     const int64_t k = thrum_block_harmonic(b, block) - 1;
-    const double value = thrum_block_sine(b, block) ? sines[k] : cosines[k];
+    const bool sine = thrum_block_sine(b, block);
+    const double w = of->omega * (double)(k + 1), value = sine ? sines[k] : cosines[k];
+    const double rate = w * (sine ? cosines[k] : -sines[k]), second = -w * w * value;
+    const double *x = of->x + block * r;
     for (int64_t i = 0; i < r; i++)
-      f->q[i] += value * of->x[block * r + i];
+      f->q[i] += value * x[i];
+    for (int64_t i = 0; b->slaves.count > 0 && i < r; i++) {
+      velocity[i] += rate * x[i];
+      bend[i] += second * x[i];
+    }
   }
+}
+
+static void scale(int64_t count, double by, double *numbers) {
+  for (int64_t e = 0; e < count; e++)
+    numbers[e] *= by;
+}
+
+/* The matrices of (21.7) at a place of Gauss: by the place, over Omega^2, with what of the load
+ * changes with q; and by velocity, over Omega, and acceleration, where slaves have inertia. */
+static void matrices_at(thrum_floquet *f, const thrum_place *of, int64_t place, int stage) {
+  thrum_balance *b = f->balance;
+  const int64_t r = b->rank, h = b->harmonics, square = r * r;
+  double *tangent = f->tangents + stage * square, loss = 0;
+  motion_at(f, of, place);
   thrum_tangent_stiffness(b->model, f->q, tangent, b->work);
-  const double scale = 1 / (of->omega * of->omega);
-  const double parts[LOAD_PARTS] = {1, cosines[0], sines[0]};
-  for (int64_t e = 0; e < square; e++) {
-    for (int part = 0; b->pull != NULL && part < LOAD_PARTS; part++)
+  const double parts[LOAD_PARTS] = {1, f->cosines[place * h], f->sines[place * h]};
+  for (int part = 0; b->pull != NULL && part < LOAD_PARTS; part++)
+    for (int64_t e = 0; e < square; e++)
       tangent[e] -= parts[part] * b->pull[part * square + e];
-    tangent[e] *= scale;
+  if (b->slaves.count > 0) {
+    double *drag = f->drag + stage * square;
+    thrum_slave_inertia_force(&b->slaves, f->q, f->q + r, f->q + 2 * r, f->q + 3 * r, &loss);
+    thrum_slave_inertia_matrices(&b->slaves, tangent, drag, f->inertia + stage * square);
+    scale(square, 1 / of->omega, drag);
   }
+  scale(square, 1 / (of->omega * of->omega), tangent);
 }
 
 /* One block of the system of a step. */
 static void fill_block(thrum_floquet *f, double omega, double h, int i, int j) {
   const thrum_balance *b = f->balance;
   const int64_t r = b->rank;
-  const double *tangent = f->tangents + i * r * r, weight = h * h * stage_square(i, j);
+  const double weight = h * h * stage_square(i, j), once = h * stage_weight(i, j);
   for (int64_t row = 0; row < r; row++) {
+    const int64_t at = (i * r + row) * r;
     double *out = f->system + (i * r + row) * 2 * r + j * r;
     for (int64_t column = 0; column < r; column++)
-      out[column] = weight * tangent[row * r + column];
+      out[column] = weight * f->tangents[at + column];
+    for (int64_t column = 0; b->slaves.count > 0 && column < r; column++)
+      out[column] += once * f->drag[at + column] + (i == j ? f->inertia[at + column] : 0);
     out[row] += i == j;
     if (b->damping != NULL)
-      out[row] += h * stage_weight(i, j) * b->damping[row] / omega;
+      out[row] += once * b->damping[row] / omega;
   }
 }
 
@@ -111,22 +143,32 @@ static void fill_rates(thrum_floquet *f, double omega, double h, int stage) {
   const double *y = f->motion, *speed = f->motion + r * count;
   double *rates = f->rates + stage * r * count;
   const double ahead = h * (stage == 0 ? C1 : C2);
-  for (int64_t e = 0; e < r * count; e++)
-    f->product[e] = -(y[e] + ahead * speed[e]);
   for (int64_t row = 0; row < r; row++) {
-    double *out = rates + row * count;
     const double damping = b->damping != NULL ? b->damping[row] / omega : 0;
     for (int64_t c = 0; c < count; c++)
-      out[c] = -damping * speed[row * count + c];
-    thrum_matrix_product_transposed(r, count, f->product, f->tangents + (stage * r + row) * r, out);
+      rates[row * count + c] = -damping * speed[row * count + c];
   }
+  for (int64_t e = 0; e < r * count; e++)
+    f->product[e] = -(y[e] + ahead * speed[e]);
+  for (int64_t row = 0; row < r; row++)
+    thrum_matrix_product_transposed(r, count, f->product, f->tangents + (stage * r + row) * r,
+                                    rates + row * count);
+
+  // what the velocity does through the slaves
+  if (b->slaves.count == 0)
+    return;
+  for (int64_t e = 0; e < r * count; e++)
+    f->product[e] = -speed[e];
+  for (int64_t row = 0; row < r; row++)
+    thrum_matrix_product_transposed(r, count, f->product, f->drag + (stage * r + row) * r,
+                                    rates + row * count);
 }
 
 static bool step(thrum_floquet *f, const thrum_place *of, int64_t index) {
   const int64_t r = f->balance->rank, count = 2 * r;
   const double h = THRUM_TWO_PI / (double)f->steps;
   for (int stage = 0; stage < 2; stage++) {
-    tangent_at(f, of, 2 * index + stage, f->tangents + stage * r * r);
+    matrices_at(f, of, 2 * index + stage, stage);
     fill_rates(f, of->omega, h, stage);
     fill_block(f, of->omega, h, stage, 0);
     fill_block(f, of->omega, h, stage, 1);

@@ -12,9 +12,10 @@ typedef struct thrum_floquet {
   double *motion;          /* 2 rank x 2 rank: perturbations and their rates, by column */
   double *system, *rates;  /* 2 rank x 2 rank */
   double *tangents;        /* 2 x rank x rank */
+  double *drag, *inertia;  /* the same of velocities and accelerations, where slaves have inertia */
   double *product;         /* rank x 2 rank */
   double *values;          /* 2 rank pairs */
-  double *q;               /* rank */
+  double *q;               /* 4 rank: place, velocity, acceleration, force */
   int32_t *columns;        /* 2 rank */
 } thrum_floquet;
 

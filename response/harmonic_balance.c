@@ -30,9 +30,18 @@ void thrum_balance_lay(thrum_balance *b, bool pulls, thrum_room *room) {
   b->sines = thrum_room_take(room, table);
   b->q = thrum_room_take(room, n * r);
   b->force = thrum_room_take(room, n * r);
-  b->tangents = thrum_room_take(room, n * r * r);
-  b->even = thrum_room_take(room, spectrum);
-  b->odd = thrum_room_take(room, spectrum);
+  thrum_spectrum *const spectra[] = {&b->stiffness, &b->drag, &b->inertia};
+  for (int kind = 0; kind < (b->slaves.count > 0 ? 3 : 1); kind++) {
+    spectra[kind]->samples = thrum_room_take(room, n * r * r);
+    spectra[kind]->even = thrum_room_take(room, spectrum);
+    spectra[kind]->odd = thrum_room_take(room, spectrum);
+  }
+  if (b->slaves.count == 0)
+    return;
+  thrum_slave_inertia_lay(&b->slaves, room);
+  b->velocity = thrum_room_take(room, n * r);
+  b->bend = thrum_room_take(room, n * r);
+  b->turn = thrum_room_take(room, b->unknowns);
 }
 
 void thrum_balance_fill(thrum_balance *b) {
@@ -74,101 +83,174 @@ void thrum_balance_subtract_load(const thrum_balance *b, int64_t s, const double
   }
 }
 
+void thrum_balance_rates(const thrum_balance *b, const double *x, double omega, int64_t s,
+                         double *velocity, double *bend) {
+  const int64_t r = b->rank;
+  memset(velocity, 0, (size_t)r * sizeof *velocity);
+  memset(bend, 0, (size_t)r * sizeof *bend);
+  for (int64_t block = 1; block < b->blocks; block++) {
+    const int64_t at = thrum_block_harmonic(b, block) * b->samples + s;
+    const double k = omega * (double)thrum_block_harmonic(b, block);
+    const bool sine = thrum_block_sine(b, block);
+    const double rate = k * (sine ? b->cosines[at] : -b->sines[at]);
+    const double second = -k * k * (sine ? b->sines[at] : b->cosines[at]);
+    for (int64_t i = 0; i < r; i++) {
+      velocity[i] += rate * x[block * r + i];
+      bend[i] += second * x[block * r + i];
+    }
+  }
+}
+
+/* The projections of N x rank numbers on the functions, 1 / N and 2 / N of their sums, in out. */
+static void project(const thrum_balance *b, const double *numbers, double *out) {
+  const double share = 1.0 / (double)b->samples;
+  memset(out, 0, (size_t)b->unknowns * sizeof *out);
+  for (int64_t block = 0; block < b->blocks; block++) {
+    double *own = out + block * b->rank;
+    thrum_matrix_product_transposed(b->samples, b->rank, numbers, function_of(b, block), own);
+    for (int64_t i = 0; i < b->rank; i++)
+      own[i] *= block > 0 ? 2 * share : share;
+  }
+}
+
+/* The forces at a sample, where the motion is known. */
+static void force_at(thrum_balance *b, const double *x, double omega, int64_t s) {
+  const int64_t r = b->rank;
+  const double share = 1.0 / (double)b->samples;
+  double *q = b->q + s * r, *force = b->force + s * r, loss = 0;
+  b->energy += share * thrum_internal_force(b->model, q, force, b->work);
+  thrum_balance_subtract_load(b, s, q, force);
+  if (b->slaves.count == 0)
+    return;
+  double *velocity = b->velocity + s * r, *bend = b->bend + s * r;
+  thrum_balance_rates(b, x, omega, s, velocity, bend);
+  b->energy += share * thrum_slave_inertia_force(&b->slaves, q, velocity, bend, force, &loss);
+  b->loss += share * loss;
+}
+
 void thrum_balance_residual(thrum_balance *b, const double *x, double omega, double *residual) {
   const int64_t r = b->rank, n = b->samples;
-  const double share = 1.0 / (double)n;
-  b->strain_energy = 0;
+  b->energy = b->loss = 0;
   for (int64_t s = 0; s < n; s++) {
     // the motion at the sample
-    double *q = b->q + s * r, *force = b->force + s * r;
+    double *q = b->q + s * r;
     memcpy(q, x, (size_t)r * sizeof *q);
     for (int64_t block = 1; block < b->blocks; block++) {
       const double value = function_of(b, block)[s];
       for (int64_t i = 0; i < r; i++)
         q[i] += value * x[block * r + i];
     }
-    b->strain_energy += share * thrum_internal_force(b->model, q, force, b->work);
-    thrum_balance_subtract_load(b, s, q, force);
+    force_at(b, x, omega, s);
   }
 
   // forces in the functions, and what inertia and damping have in them
-  memset(residual, 0, (size_t)b->unknowns * sizeof *residual);
+  project(b, b->force, residual);
   for (int64_t block = 0; block < b->blocks; block++) {
-    thrum_matrix_product_transposed(n, r, b->force, function_of(b, block), residual + block * r);
     const double k = omega * (double)thrum_block_harmonic(b, block);
     const bool sine = thrum_block_sine(b, block);
     const int64_t other = sine ? block - b->harmonics : block + b->harmonics;
     for (int64_t i = 0; i < r; i++) {
       double *own = residual + block * r + i;
-      *own = (block > 0 ? 2 : 1) * share * *own - k * k * x[block * r + i];
+      *own -= k * k * x[block * r + i];
       if (b->damping != NULL && block > 0 && other < b->blocks)
         *own += (sine ? -k : k) * b->damping[i] * x[other * r + i];
     }
   }
 }
 
-void thrum_balance_linearise(thrum_balance *b) {
-  const int64_t r = b->rank, n = b->samples, square = r * r;
-  for (int64_t s = 0; s < n; s++) {
-    double *tangent = b->tangents + s * square, parts[LOAD_PARTS];
+/* The means of a matrix over the samples; those with sines where they are asked for. */
+static void transform(const thrum_balance *b, const thrum_spectrum *of, bool odd) {
+  const int64_t square = b->rank * b->rank, count = 2 * b->harmonics + 1, n = b->samples;
+  for (int64_t e = 0; e < n * square; e++)
+    of->samples[e] /= (double)n;
+  memset(of->even, 0, (size_t)(count * square) * sizeof *of->even);
+  memset(of->odd, 0, (size_t)(count * square) * sizeof *of->odd);
+  for (int64_t m = 0; m < count; m++) {
+    thrum_matrix_product_transposed(n, square, of->samples, b->cosines + m * n,
+                                    of->even + m * square);
+    if (odd)
+      thrum_matrix_product_transposed(n, square, of->samples, b->sines + m * n,
+                                      of->odd + m * square);
+  }
+}
+
+/* What the slaves have of the Jacobian at a sample. */
+static void linearise_slaves(thrum_balance *b, double omega, int64_t s) {
+  const int64_t r = b->rank, square = r * r;
+  const double *q = b->q + s * r, *velocity = b->velocity + s * r, *bend = b->bend + s * r;
+  const double *damping = b->slaves.damping;
+  double *turn = b->force + s * r, loss = 0;
+  memset(turn, 0, (size_t)r * sizeof *turn);
+  thrum_slave_inertia_force(&b->slaves, q, velocity, bend, turn, &loss);
+  thrum_slave_inertia_matrices(&b->slaves, b->stiffness.samples + s * square,
+                               b->drag.samples + s * square, b->inertia.samples + s * square);
+
+  // inertia goes with the square of the frequency, damping with the frequency
+  b->slaves.damping = NULL;
+  thrum_slave_inertia_force(&b->slaves, q, velocity, bend, turn, &loss);
+  b->slaves.damping = damping;
+  for (int64_t i = 0; i < r; i++)
+    turn[i] /= omega;
+}
+
+void thrum_balance_linearise(thrum_balance *b, double omega) {
+  const int64_t r = b->rank, square = r * r;
+  const bool slaves = b->slaves.count > 0, even_motion = b->blocks == b->harmonics + 1;
+  for (int64_t s = 0; s < b->samples; s++) {
+    double *tangent = b->stiffness.samples + s * square, parts[LOAD_PARTS];
     thrum_tangent_stiffness(b->model, b->q + s * r, tangent, b->work);
     load_parts(b, s, parts);
     for (int part = 0; b->pull != NULL && part < LOAD_PARTS; part++)
       for (int64_t e = 0; e < square; e++)
         tangent[e] -= parts[part] * b->pull[part * square + e];
-    for (int64_t e = 0; e < square; e++)
-      tangent[e] /= (double)n;
+    if (slaves)
+      linearise_slaves(b, omega, s);
   }
 
-  // of an even motion the odd means are zero and not asked for
-  const int64_t count = 2 * b->harmonics + 1;
-  memset(b->even, 0, (size_t)(count * square) * sizeof *b->even);
-  memset(b->odd, 0, (size_t)(count * square) * sizeof *b->odd);
-  for (int64_t m = 0; m < count; m++) {
-    thrum_matrix_product_transposed(n, square, b->tangents, b->cosines + m * n,
-                                    b->even + m * square);
-    if (b->blocks > b->harmonics + 1)
-      thrum_matrix_product_transposed(n, square, b->tangents, b->sines + m * n,
-                                      b->odd + m * square);
-  }
+  // in an even motion only what goes with the velocity has odd means
+  transform(b, &b->stiffness, !even_motion);
+  if (!slaves)
+    return;
+  transform(b, &b->drag, true);
+  transform(b, &b->inertia, !even_motion);
+  project(b, b->force, b->turn);
 }
 
-/* One row of the block of a Jacobian: two means, each with its sign, or one. */
-typedef struct mean_pair {
-  const double *first, *second;
-  double sign_first, sign_second;
-} mean_pair;
-
-/* Products of two functions are sums of two: cos j cos k = (cos(j - k) + cos(j + k))/2, and so on.
- */
-static mean_pair pair_of(const thrum_balance *b, int64_t j, int64_t k) {
-  const int64_t square = b->rank * b->rank;
-  const int64_t a = thrum_block_harmonic(b, j), c = thrum_block_harmonic(b, k);
-  const bool sine_j = thrum_block_sine(b, j), sine_k = thrum_block_sine(b, k);
-  const double *means = sine_j == sine_k ? b->even : b->odd;
-  mean_pair pair = {means + (a > c ? a - c : c - a) * square, means + (a + c) * square, 1, 1};
-  if (sine_j && sine_k)
-    pair.sign_second = -1;
-  else if (sine_j != sine_k)
-    pair.sign_first = sine_j == (a > c) ? 1 : -1;
+/* out (rank) += scale times row i of the mean of a matrix with the functions of two blocks:
+ * products of functions are sums of two, cos j cos k = (cos(j - k) + cos(j + k))/2, and so on. The
+ * second is of the harmonic k, of sines or not. */
+static void add_mean(const thrum_balance *b, const thrum_spectrum *of, int64_t block, int64_t i,
+                     int64_t k, bool sine_k, double scale, double *out) {
+  const int64_t r = b->rank, square = r * r, j = thrum_block_harmonic(b, block);
+  const bool sine_j = thrum_block_sine(b, block);
+  const double *means = (sine_j == sine_k ? of->even : of->odd) + i * r;
+  const double *first = means + (j > k ? j - k : k - j) * square,
+               *second = means + (j + k) * square;
 
   // the mean is taken once where the others are taken twice
-  if (j == 0) {
-    pair.sign_first *= 0.5;
-    pair.sign_second *= 0.5;
-  }
-  return pair;
+  const double whole = block == 0 ? 0.5 * scale : scale;
+  const double w = sine_j != sine_k && sine_j != (j > k) ? -whole : whole;
+  const double v = sine_j && sine_k ? -whole : whole;
+  for (int64_t column = 0; column < r; column++)
+    out[column] += w * first[column] + v * second[column];
 }
 
 double thrum_balance_row(const thrum_balance *b, const double *x, double omega, int64_t row,
                          double scale, double *out) {
   const int64_t r = b->rank, block = row / r, i = row % r;
-  for (int64_t k = 0; k < b->blocks; k++) {
-    const mean_pair pair = pair_of(b, block, k);
-    const double *first = pair.first + i * r, *second = pair.second + i * r;
-    const double w = scale * pair.sign_first, v = scale * pair.sign_second;
-    for (int64_t j = 0; j < r; j++)
-      out[k * r + j] = w * first[j] + v * second[j];
+  memset(out, 0, (size_t)b->unknowns * sizeof *out);
+  for (int64_t other = 0; other < b->blocks; other++) {
+    const int64_t k = thrum_block_harmonic(b, other);
+    const bool sine = thrum_block_sine(b, other);
+    double *own = out + other * r;
+    add_mean(b, &b->stiffness, block, i, k, sine, scale, own);
+    if (b->slaves.count == 0 || k == 0)
+      continue;
+
+    // the velocity of a cosine is a sine
+    const double rate = omega * (double)k;
+    add_mean(b, &b->drag, block, i, k, !sine, scale * (sine ? rate : -rate), own);
+    add_mean(b, &b->inertia, block, i, k, sine, -scale * rate * rate, own);
   }
 
   // inertia and damping, and what both change with the frequency
@@ -182,7 +264,7 @@ double thrum_balance_row(const thrum_balance *b, const double *x, double omega, 
     out[other * r + i] += scale * k * damping;
     by_omega += harmonic * damping * x[other * r + i];
   }
-  return by_omega;
+  return b->slaves.count > 0 ? by_omega + b->turn[row] : by_omega;
 }
 
 double thrum_balance_weight(const thrum_balance *b, double omega, int64_t row) {

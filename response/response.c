@@ -31,7 +31,7 @@
 #define AWAY_MOST 0.2    /* of a step: a point further from its guess may be of another curve */
 #define RAMP 32          /* steps of the load where the first point is not found at once */
 #define SMALL 1e-3       /* share of nonlinear forces in the first motion of a backbone */
-#define SIZE_FIRST 100.0  /* by which its first motion is too small to measure steps by */
+#define SIZE_FIRST 100.0 /* by which its first motion is too small to measure steps by */
 #define SMALL_TRIALS 200 /* at finding it */
 
 typedef struct curve {
@@ -59,7 +59,8 @@ thrum_response_def thrum_default_response_def(void) {
                               .step = 0.05,
                               .points = 20000,
                               .tolerance = 1e-12,
-                              .stability = 1};
+                              .stability = 1,
+                              .inertia = 1};
 }
 
 const char *thrum_response_kind_name(thrum_response_kind kind) {
@@ -140,6 +141,12 @@ static thrum_status check_arrays(const thrum_response_def *def, const thrum_mode
                              "damping of coordinate %lld is %g 1/s, not a finite number of 0 or "
                              "more",
                              (long long)i + 1, def->damping[i]);
+  const int64_t slaves = rank - model->rank;
+  for (int64_t i = 0; def->slave_damping != NULL && i < slaves; i++)
+    if (!(def->slave_damping[i] >= 0 && def->slave_damping[i] < THRUM_RESPONSE_MOST))
+      return thrum_error_set(error, THRUM_BAD_VALUE,
+                             "damping of slave %lld is %g 1/s, not a finite number of 0 or more",
+                             (long long)i + 1, def->slave_damping[i]);
   if (def->mode < 0 && def->load_cosine == NULL && def->load_sine == NULL)
     return thrum_error_set(error, THRUM_MISSING, "a forced curve needs a load that swings");
   if (def->mode >= 0 &&
@@ -182,6 +189,9 @@ static void lay(curve *c, const thrum_model *model, const thrum_response_def *de
                                .blocks = even ? h + 1 : 2 * h + 1,
                                .samples = (4 * h + 1) * (model->point_count > 0 ? 2 : 1)};
   c->balance.unknowns = c->balance.blocks * r;
+  if (def->inertia != 0 && model->follow != NULL)
+    c->balance.slaves = (thrum_slave_inertia){
+        .count = shape_rank - r, .rank = r, .damping = even ? NULL : def->slave_damping};
   thrum_balance_lay(&c->balance, shape_rank != r && !even, room);
   c->corrector = (thrum_corrector){.balance = &c->balance, .tolerance = def->tolerance};
   thrum_corrector_lay(&c->corrector, room);
@@ -299,7 +309,8 @@ static void measure(curve *c, const thrum_place *place, thrum_response_point *po
         point->dissipated += THRUM_PI * place->omega * square * b->damping[i];
     }
   }
-  point->energy = b->strain_energy + 0.25 * place->omega * place->omega * all;
+  point->dissipated += THRUM_TWO_PI / place->omega * b->loss;
+  point->energy = b->energy + 0.25 * place->omega * place->omega * all;
   point->tail = all > 0 ? tail / all : 0;
   if (b->blocks > h + 1)
     point->work = work_of_load(c, place);
@@ -327,7 +338,7 @@ static bool show(curve *c, const thrum_place *place, double arc, thrum_response_
   report->folds += kind == THRUM_RESPONSE_FOLD;
   report->special += kind != THRUM_RESPONSE_REGULAR;
   report->tail = fmax(report->tail, point.tail);
-  if (larger > 0 && b->damping != NULL)
+  if (larger > 0 && (b->damping != NULL || b->slaves.damping != NULL))
     report->balance = fmax(report->balance, fabs(point.work - point.dissipated) / larger);
   return c->visit == NULL || c->visit(c->context, &point);
 }
@@ -685,6 +696,8 @@ thrum_status thrum_response(const thrum_model *model, const thrum_response_def *
   thrum_room room = {(double *)(void *)((char *)workspace + head_bytes()), 0};
   lay(c, model, def, &room);
   thrum_balance_fill(&c->balance);
+  if (c->balance.slaves.count > 0)
+    thrum_slave_inertia_fill(&c->balance.slaves, model);
   if (def->stability != 0)
     thrum_floquet_fill(&c->floquet);
   c->visit = visit;

@@ -20,7 +20,7 @@
 #define FALSE_POSITIONS 40
 #define EXACT 1e-7      /* of the frequency: a place known as well is found */
 #define EXACT_FOLD 1e-9 /* of the direction */
-#define BEYOND 0.5 /* of a step: the directions of its ends may be those of places so far off */
+#define BEYOND 4        /* half steps outside in which a fold is looked for */
 
 bool thrum_piece_at(thrum_piece *piece, double position) {
   const int64_t n = piece->corrector->balance->unknowns;
@@ -46,11 +46,14 @@ static double find_fold(thrum_piece *piece) {
   double low = 0, high = 1;
   double at_low = turn_at(piece, low), at_high = turn_at(piece, high);
 
-  // directions of the ends are those of factors nearby, so the fold may be just outside
-  if (at_low * at_high > 0 && fabs(at_low) < fabs(at_high))
-    at_low = turn_at(piece, low = -BEYOND);
-  else if (at_low * at_high > 0)
-    at_high = turn_at(piece, high = 1 + BEYOND);
+  // directions of the ends are those of factors nearby, so the fold may be outside
+  const bool before = fabs(at_low) < fabs(at_high);
+  for (int it = 1; it <= BEYOND && at_low * at_high > 0; it++) {
+    if (before)
+      at_low = turn_at(piece, low = -0.5 * it);
+    else
+      at_high = turn_at(piece, high = 1 + 0.5 * it);
+  }
   for (int it = 0; it < FALSE_POSITIONS && at_low * at_high < 0; it++) {
     const double middle = (low * at_high - high * at_low) / (at_high - at_low);
     const double at_middle = turn_at(piece, middle);

@@ -161,9 +161,9 @@ thrum_status response_curve_open(const response_request *request, const thrum_mo
   THRUM_TRY(make_model(curve, error));
   THRUM_TRY(choose_targets(curve, error));
   THRUM_TRY(make_loads(curve, error));
-  THRUM_TRY(thrum_reserve(&curve->rates, curve->stepped->rank, sizeof *curve->rates, "the damping",
-                          error));
-  damping_spec_rates(&request->damping, curve->stepped->omega2, curve->stepped->rank, curve->rates);
+  THRUM_TRY(
+      thrum_reserve(&curve->rates, curve->shape->rank, sizeof *curve->rates, "the damping", error));
+  damping_spec_rates(&request->damping, curve->shape->omega2, curve->shape->rank, curve->rates);
 
   // the range, by the mode where it is not given
   const int64_t mode = request->mode > 0 ? request->mode - 1 : 0;
@@ -323,9 +323,12 @@ static thrum_response_def def_of(const response_curve *c, bool stability) {
   def.tolerance = request->tolerance;
   def.stability = stability;
   def.stability_steps = (int32_t)request->stability_steps;
+  def.inertia = request->followers;
   if (request->mode > 0)
     return def;
   def.damping = damping_spec_given(&request->damping) ? c->rates : NULL;
+  if (def.damping != NULL && c->shape != c->stepped)
+    def.slave_damping = c->rates + c->stepped->rank;
   def.load_mean = c->loads[0];
   def.load_cosine = c->loads[1];
   def.load_sine = c->loads[2];

@@ -124,6 +124,10 @@ static const config_option options[] = {
                 .wants = "none, or a whole number from 1",
                 .schema =
                     "{\"anyOf\":[{\"const\":\"none\"},{\"type\":\"integer\",\"minimum\":1}]}"),
+    OPTION_SWITCH("follower-inertia", "on",
+                  "whether what follows has inertia and damping as it does; off: as in runs of "
+                  "thrum simulate --condense",
+                  AT(followers)),
     OPTION_NUMBER("amplitude", "m", "no bound",
                   "displacement of the vertex that moves furthest, of the first harmonic in the "
                   "mode alone, at which a backbone ends",
@@ -204,6 +208,7 @@ int response_options_read(int argc, char **argv, response_request *request) {
   request->tolerance = usual.tolerance;
   request->points_max = usual.points;
   request->stability = true;
+  request->followers = true;
   CONFIG_TRY(config_options_read_one(&command_response, "model", argc, argv, request,
                                      &request->model_path));
 

@@ -23,6 +23,7 @@ typedef struct response_request {
   double step, tolerance; /* of the library */
   int64_t points_max, stability_steps;
   bool stability;
+  bool followers;  /* what follows has inertia and damping */
   int64_t *starts; /* 1-based points whose state is written */
   int64_t start_count;
   bool json, quiet;

@@ -74,9 +74,16 @@ typedef struct thrum_response_def {
    * least. Larger: exponents are more accurate, by the fourth power. */
   int32_t stability_steps;
 
+  /* 1: the slaves of a condensed model have inertia as they follow, and damping; 0: they have none,
+   * as in steps of it. Default 1. A softening that comes of how they follow is wrong without it. */
+  int32_t inertia;
+
   /* D, of each coordinate [1/s] (rank), none negative: 2 zeta omega for a ratio zeta. NULL, the
    * default: none. A backbone uses none. */
   const double *damping;
+
+  /* The same of each slave [1/s] (rank of the shape model less rank). NULL, the default: none. */
+  const double *slave_damping;
 
   /* The load, of each coordinate (of the shape model's rank, where the model is condensed)
    * [kg^1/2 m/s^2]: f = mean + cosine cos(Omega t) + sine sin(Omega t). NULL, the default: none. A

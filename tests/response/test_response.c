@@ -356,12 +356,59 @@ static void a_load_on_the_slaves_of_a_condensed_model_does_work(void **context) 
   thrum_response_def def = thrum_default_response_def();
   def.from = 0.7;
   def.to = 1.4;
+  const double slave_damping[3] = {0.3, 0.2, 0.1};
   def.damping = damping;
+  def.slave_damping = slave_damping;
   def.load_sine = load;
   curve *c = follow(stepped, &def);
   assert_int_equal(c->report.end, THRUM_RESPONSE_END_ARRIVED);
   assert_true(c->report.balance < 1e-9);
   free(c);
+  free(memory);
+  random_model_free(&m);
+}
+
+/* Frequency of the backbone of the first mode at an amplitude, and how far two multipliers are
+ * from 1. */
+static double backbone_at(const thrum_model *model, double amplitude, int32_t inertia,
+                          double *from_one) {
+  thrum_response_def def = thrum_default_response_def();
+  def.mode = 0;
+  def.harmonics = 7;
+  def.from = 0.5;
+  def.to = 2;
+  def.amplitude = amplitude;
+  def.inertia = inertia;
+  curve *c = follow(model, &def);
+  assert_int_equal(c->report.end, THRUM_RESPONSE_END_AMPLITUDE);
+  const double *found = c->multipliers[c->count - 1];
+  *from_one = 0;
+  for (int i = 0; i < (model->rank < 2 ? 2 : 4); i++)
+    if (fabs(hypot(found[2 * i], found[2 * i + 1]) - 1) < 0.1 && fabs(found[2 * i] - 1) < 0.1)
+      *from_one = fmax(*from_one, hypot(found[2 * i] - 1, found[2 * i + 1]));
+  const double omega = c->points[c->count - 1].omega;
+  free(c);
+  return omega;
+}
+
+static void inertia_of_slaves_brings_a_backbone_to_that_of_all_coordinates(void **context) {
+  (void)context;
+  // a slave of six times the frequency, which is pushed by the square of the master
+  random_model m;
+  random_model_make(&m, 3, 2, 1, 6, INFINITY);
+  m.c3[thrum_c3_index(2, 0, 0, 1)] = 3;
+  m.c4[thrum_c4_index(2, 0, 0, 0, 0)] = 0.2;
+  const thrum_model *stepped = NULL;
+  void *memory = condense(&m.model, 1, &stepped);
+  double from_one = 0;
+  const double whole = backbone_at(&m.model, 0.3, 1, &from_one);
+  const double with = backbone_at(stepped, 0.3, 1, &from_one);
+
+  // a free motion has two multipliers at 1, of its phase and its energy
+  assert_true(from_one < 1e-3);
+  const double without = backbone_at(stepped, 0.3, 0, &from_one);
+  assert_true(fabs(whole - 1) > 1e-3);
+  assert_true(fabs(with - whole) < 0.2 * fabs(without - whole));
   free(memory);
   random_model_free(&m);
 }
@@ -430,6 +477,7 @@ int main(void) {
       cmocka_unit_test(the_curve_does_not_depend_on_its_steps),
       cmocka_unit_test(units_change_nothing),
       cmocka_unit_test(a_load_on_the_slaves_of_a_condensed_model_does_work),
+      cmocka_unit_test(inertia_of_slaves_brings_a_backbone_to_that_of_all_coordinates),
       cmocka_unit_test(bad_input_is_refused),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
