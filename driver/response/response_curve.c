@@ -35,7 +35,7 @@ static int64_t masters_by_model(const thrum_model *model) {
   if (thrum_model_masters(model) > 0 || model->point_count > 0)
     return thrum_model_masters(model);
   cJSON *meta = model_meta_parse(model);
-  const cJSON *modes = model_meta_find(meta, NULL, "modes");
+  const cJSON *modes = model_meta_find(meta, "options", "modes");
   int64_t masters = cJSON_IsNumber(modes) ? (int64_t)modes->valuedouble : 0;
   cJSON_Delete(meta);
   if (masters > MASTERS_MOST)
@@ -135,6 +135,7 @@ static thrum_status make_loads(response_curve *c, thrum_error *error) {
   THRUM_TRY(thrum_reserve(&c->loads[0], 4 * rank, sizeof **c->loads, "the loads", error));
   c->loads[1] = c->loads[0] + rank;
   c->loads[2] = c->loads[1] + rank;
+  bool any = request->load_count == 0;
   for (int64_t n = 0; n < request->load_count; n++) {
     const response_load *load = &request->loads[n];
     double *reduced = c->loads[2] + rank;
@@ -143,9 +144,14 @@ static thrum_status make_loads(response_curve *c, thrum_error *error) {
         response_load_add(c->shape, load, c->loads[0], c->loads[1], c->loads[2], reduced, error));
     for (int64_t i = 0; i < rank; i++)
       idle = idle && reduced[i] == 0;
+    any = any || (load->swings && !idle);
+    if (idle && n + 1 == request->load_count && !any)
+      return thrum_error_set(error, THRUM_MISSING,
+                             "%s '%.200s' moves nothing: it is zero, all of its vertices are held, "
+                             "or nothing holds the body",
+                             load->base ? "--base-motion" : "--load", load->text);
     if (idle)
-      config_warn("%s '%s' moves nothing: it is zero, all of its vertices are held, or nothing "
-                  "holds the body",
+      config_warn("%s '%s' moves nothing: it is zero, or all of its vertices are held",
                   load->base ? "--base-motion" : "--load", load->text);
   }
 

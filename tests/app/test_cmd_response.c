@@ -1,0 +1,163 @@
+/* Tests of `thrum response` as a command: its files, a run that goes on from a point of the curve,
+ * and what it refuses. SPDX-License-Identifier: Apache-2.0 */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+#include <math.h>
+
+#include "io/npy_file.h"
+#include "tests/support/simulate_support.h"
+#include "tests/support/test_folder.h"
+
+#define LOAD "sine:0,0,400@near:0.5,0,0"
+
+static int make_models(void **state) {
+  (void)state;
+  if (test_folder_make(folder) == NULL)
+    return 1;
+  program_result run =
+      thrum_run(folder, "precompute", "beam:8x1x1@1x0.05x0.04", "--order", "2", "--fix", "x<0.001",
+                "--fix", "x>0.999", "--young", "2e9", "--poisson", "0.3", "--density", "1000",
+                "--modes", "2", "--rank", "5", "-o", "beam.npz", "-q", NULL);
+  const int code = run.exit_code;
+  program_result_free(&run);
+  return code;
+}
+
+static cJSON *object_of(program_result run, int code) {
+  if (run.exit_code != code)
+    print_error("exit code %d: %s", run.exit_code, run.err);
+  assert_int_equal(run.exit_code, code);
+  cJSON *object = json_line(run.out);
+  assert_non_null(object);
+  program_result_free(&run);
+  return object;
+}
+
+/* The numbers of an .npy file; the caller frees them. */
+static double *numbers_of(const char *name, int64_t rows, int64_t columns) {
+  double *values = NULL;
+  int64_t found_rows = 0, found_columns = 0;
+  assert_int_equal(thrum_npy_read_f8(in_folder(name), &values, &found_rows, &found_columns, NULL),
+                   0);
+  assert_int_equal(found_rows, rows);
+  assert_int_equal(found_columns, columns);
+  return values;
+}
+
+static void a_forced_curve_has_its_files_and_its_folds(void **state) {
+  (void)state;
+  cJSON *object = object_of(thrum_run(folder, "response", "beam.npz", "--load", LOAD,
+                                      "--damping-ratio", "0.01", "--from", "60", "--to", "100",
+                                      "--harmonics", "5", "-o", "forced", "--json", NULL),
+                            0);
+  const int points = (int)json_value(object, "points");
+  assert_true(json_value(object, "folds") == 2);
+  assert_true(json_value(object, "balance") < 1e-9);
+  assert_true(json_value(object, "coordinates") == 2);
+  assert_true(json_value(object, "end_hz") == 100);
+  cJSON_Delete(object);
+
+  // a row for each point under the names, and the same object in the folder
+  char *csv = text_file_read(in_folder("forced/response.csv"));
+  assert_true(line_count_is(csv, points + 1));
+  assert_int_equal(text_count(csv, ",fold,"), 2);
+  free(csv);
+  char *json = text_file_read(in_folder("forced/response.json"));
+  assert_non_null(strstr(json, "\"kind\":\"fold\""));
+  free(json);
+  free(numbers_of("forced/coefficients.npy", points, 11 * 2));
+
+  // quality factors are ratios in other words
+  object = object_of(thrum_run(folder, "response", "beam.npz", "--load", LOAD, "--q", "50",
+                               "--from", "60", "--to", "100", "--harmonics", "5", "--json", NULL),
+                     0);
+  assert_true(json_value(object, "points") == points);
+  cJSON_Delete(object);
+}
+
+static void a_run_goes_on_from_a_point_of_the_curve(void **state) {
+  (void)state;
+  cJSON *object = object_of(thrum_run(folder, "response", "beam.npz", "--load", LOAD ",phase=90",
+                                      "--damping", "8,0", "--condense", "none", "--from", "60",
+                                      "--to", "70", "--start", "12", "-o", "start", "--json", NULL),
+                            0);
+  cJSON_Delete(object);
+  program_result fixed = thrum_run(folder, "response", "beam.npz", "--load", LOAD, "--damping",
+                                   "8,0", "--condense", "none", "--from", "64", "--to", "70",
+                                   "--start", "1", "-o", "start", "--json", NULL);
+  cJSON_Delete(object_of(fixed, 0));
+
+  // after ten periods of 64 Hz it is where it began
+  cJSON_Delete(
+      object_of(thrum_run(folder, "simulate", "beam.npz", "--load", LOAD ",f=64", "--damping",
+                          "8,0", "--start", "start/point_1.npy", "--dt", "6.103515625e-05",
+                          "--time", "0.15625", "-o", "run", "--json", "-q", NULL),
+                0));
+  double *begin = numbers_of("start/point_1.npy", 2, 5), *end = numbers_of("run/end.npy", 2, 5);
+  double apart = 0, size = 0;
+  for (int i = 5; i < 10; i++) {
+    apart += (end[i] - begin[i]) * (end[i] - begin[i]);
+    size += begin[i] * begin[i];
+  }
+  assert_true(size > 0);
+  assert_true(sqrt(apart / size) < 1e-3);
+  free(begin);
+  free(end);
+}
+
+static void a_backbone_ends_at_its_amplitude(void **state) {
+  (void)state;
+  cJSON *object = object_of(thrum_run(folder, "response", "beam.npz", "--mode", "1", "--amplitude",
+                                      "0.02", "--harmonics", "auto", "--json", NULL),
+                            0);
+  const cJSON *end = cJSON_GetObjectItemCaseSensitive(object, "end");
+  assert_string_equal(end->valuestring, "amplitude");
+  assert_true(fabs(json_value(object, "peak_m") / 0.02 - 1) < 0.1);
+  assert_true(json_value(object, "tail") < 1e-6);
+  cJSON_Delete(object);
+}
+
+static void refuse(int code, const char *words, program_result run) {
+  if (!is_refusal(&run, code, words))
+    fail_msg("exit code %d: %s", run.exit_code, run.err);
+  program_result_free(&run);
+}
+
+static void bad_input_is_one_line(void **state) {
+  (void)state;
+  refuse(2, "which curve", thrum_run(folder, "response", "beam.npz", NULL));
+  refuse(2, "the frequency goes from",
+         thrum_run(folder, "response", "beam.npz", "--load", LOAD ",f=3", NULL));
+  refuse(2, "loads that swing",
+         thrum_run(folder, "response", "beam.npz", "--load", "impulse:0,0,1@all", NULL));
+  refuse(2, "leave out the loads",
+         thrum_run(folder, "response", "beam.npz", "--load", LOAD, "--mode", "1", NULL));
+  refuse(2, "without damping",
+         thrum_run(folder, "response", "beam.npz", "--mode", "1", "--q", "9", NULL));
+  refuse(2, "say the same thing",
+         thrum_run(folder, "response", "beam.npz", "--load", LOAD, "--q", "9", "--damping-ratio",
+                   "0.1", NULL));
+  refuse(2, "--from",
+         thrum_run(folder, "response", "beam.npz", "--mode", "1", "--from", "0", NULL));
+  refuse(1, "coordinates that move",
+         thrum_run(folder, "response", "beam.npz", "--mode", "4", NULL));
+  refuse(1, "moves nothing",
+         thrum_run(folder, "response", "beam.npz", "--load", "sine:0,0,1@near:0,0,0", "-q", NULL));
+  refuse(1, "curve has points",
+         thrum_run(folder, "response", "beam.npz", "--mode", "1", "--start", "999999", "-o", "none",
+                   "-q", NULL));
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(a_forced_curve_has_its_files_and_its_folds),
+      cmocka_unit_test(a_run_goes_on_from_a_point_of_the_curve),
+      cmocka_unit_test(a_backbone_ends_at_its_amplitude),
+      cmocka_unit_test(bad_input_is_one_line),
+  };
+  return cmocka_run_group_tests(tests, make_models, remove_folder);
+}
