@@ -1,0 +1,62 @@
+/* A step to first order: how its end changes with its start, and the transpose of that. Private to
+ * the library of gradients; see linear_step.c. SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_GRADIENT_LINEAR_STEP_H
+#define THRUM_GRADIENT_LINEAR_STEP_H
+
+#include <stdbool.h>
+
+#include "thrum/step_equation.h"
+
+/* R, T and V at an end of a step. */
+typedef struct thrum_step_place {
+  double *force;   /* rank */
+  double *tangent; /* rank x rank; not needed by the midpoint rule and verlet */
+  double potential;
+} thrum_step_place;
+
+/* A step as it was made: q, p at its ends, its force and that of the step before (rank each). */
+typedef struct thrum_made_step {
+  const double *q, *p, *q_next, *p_next, *force, *force_before;
+} thrum_made_step;
+
+typedef struct thrum_linear_step {
+  const thrum_model *model;
+  thrum_step_equation equation;
+  int64_t rank;
+  const double *kappa, *nu, *damping; /* of thrum_step_equation_get */
+  thrum_step_place start, end, middle;
+  double *jacobian; /* rank x rank */
+  int32_t *rows;    /* rank */
+  double *work;     /* thrum_work_count */
+
+  /* Scratch, rank each. */
+  double *d, *mean, *sigma_d, *sigma_q, *w, *x, *y;
+} thrum_linear_step;
+
+/* Derivatives by what a step depends on, or a direction of that. */
+typedef struct thrum_step_change {
+  double *q, *p;                /* of the end before the call, of the start after it; pushed, the
+                                   other way round */
+  double *force, *force_before; /* rank each */
+  double *damping;              /* of D of each mode; what is pulled back is added */
+  double stiffness;             /* of a factor of V and of omega^2 in kappa and nu; likewise */
+} thrum_step_change;
+
+/* R, T and V of an end, as far as steps of this form need them. */
+void thrum_linear_step_evaluate(thrum_linear_step *step, const double *q, thrum_step_place *place);
+
+/* The end of one step is the start of the next. */
+void thrum_linear_step_turn(thrum_linear_step *step);
+
+/* Factors the Jacobian of a step, with both of its ends evaluated. False where it is singular. */
+bool thrum_linear_step_factor(thrum_linear_step *step, const thrum_made_step *made);
+
+/* The transpose of the step: from derivatives by its end to those by its start, and by all else. */
+void thrum_linear_step_pull(const thrum_linear_step *step, const thrum_made_step *made,
+                            thrum_step_change *change);
+
+/* The step: from a change of its start, and of all else, to that of its end. */
+void thrum_linear_step_push(const thrum_linear_step *step, const thrum_made_step *made,
+                            thrum_step_change *change);
+
+#endif

@@ -1,0 +1,116 @@
+/* Gradients of runs: how what was observed of a run changes with its start, its forces, its damping
+ * and its material, for about the time of two more runs, however many numbers there are.
+ *
+ *   thrum_tape_start(model, tape, state, q0, p0, &error);
+ *   for (k = 0; k < steps; k++)
+ *     thrum_tape_step(model, tape, state, force + k * rank, &error);
+ *   ... q_bar, p_bar: derivatives of the loss by q and p after each step ...
+ *   thrum_tape_pull_back(model, tape, q_bar, p_bar, &gradient, &error);
+ *
+ * A tape steps an ordinary state and keeps q, p and the force of each step. The gradient is that of
+ * the equation of each step (thrum/step_equation.h) at what was stepped, with an exact Jacobian:
+ * for a step that solves its equation to rounding it is the gradient of the run. A state solves to
+ * the `tolerance` of its def, and gradients then err by about as much: where they are to agree with
+ * differences of runs, set the tolerance to 1e-13.
+ *
+ * Steps by energy, newmark, midpoint and verlet of one dt, damping at rest, models of polynomials
+ * and of cubature points. What has no derivative here is refused with THRUM_UNSUPPORTED: other
+ * integrators, tangent damping, plastic flow, condensed models, and a run with a step that a
+ * fallback level has divided.
+ *
+ * The library needs libthrum and libm. Only thrum_tape_create allocates. A tape belongs to one
+ * thread at a time. Equations: docs/mathematics/22_gradients.md. Source: Giles & Pierce 2000, An
+ * introduction to the adjoint approach to design, doi:10.1023/A:1011430410075.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_GRADIENT_H
+#define THRUM_GRADIENT_H
+
+#include "thrum/api.h"
+#include "thrum/model.h"
+#include "thrum/state.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef struct thrum_tape thrum_tape;
+
+/* --- a tape's life ---------------------------------------------------------------------------- */
+
+/* Bytes of a tape for up to `steps` >= 1 steps of this model, into *size: 24 rank a step.
+ * THRUM_INVALID_ARGUMENT, THRUM_OUT_OF_MEMORY where no memory could hold it. */
+THRUM_API thrum_status thrum_tape_size(const thrum_model *model, int64_t steps, size_t *size,
+                                       thrum_error *error);
+
+/* Lays an empty tape into `memory`, aligned to 64 and of at least thrum_tape_size bytes, which the
+ * caller owns. THRUM_MISALIGNED, THRUM_BUFFER_TOO_SMALL, or what thrum_tape_size says. */
+THRUM_API thrum_status thrum_tape_init(void *memory, size_t memory_size, const thrum_model *model,
+                                       int64_t steps, thrum_tape **tape, thrum_error *error);
+
+/* The same from the heap; the caller passes it to thrum_tape_destroy. THRUM_OUT_OF_MEMORY, or what
+ * thrum_tape_size says. */
+THRUM_API thrum_status thrum_tape_create(const thrum_model *model, int64_t steps, thrum_tape **tape,
+                                         thrum_error *error);
+THRUM_API void thrum_tape_destroy(thrum_tape *tape);
+
+/* --- recording -------------------------------------------------------------------------------- */
+
+/* Sets the state to q and p (rank each; NULL: zero) as thrum_state_set does, and begins the tape
+ * anew there. The state's def is the one it was made with. THRUM_UNSUPPORTED as
+ * thrum_step_equation_get, THRUM_MODEL_MISMATCH for a tape of another rank, else as
+ * thrum_state_set. */
+THRUM_API thrum_status thrum_tape_start(const thrum_model *model, thrum_tape *tape,
+                                        thrum_state *state, const double *q, const double *p,
+                                        thrum_error *error);
+
+/* Sets the force of the step (rank; NULL: none) [kg^1/2 m/s^2], makes it, and records it. Returns
+ * what thrum_step does; the tape keeps no step that fails. THRUM_BUFFER_TOO_SMALL where the tape is
+ * full, THRUM_UNSUPPORTED where dt was changed since the start. */
+THRUM_API thrum_status thrum_tape_step(const thrum_model *model, thrum_tape *tape,
+                                       thrum_state *state, const double *force, thrum_error *error);
+
+/* Steps recorded since the start; 0 for NULL. */
+THRUM_API int64_t thrum_tape_steps(const thrum_tape *tape);
+
+/* q and p after each step, the start first: (steps + 1) x rank, in the tape and valid until it is
+ * started again. NULL for NULL. */
+THRUM_API const double *thrum_tape_q(const thrum_tape *tape);
+THRUM_API const double *thrum_tape_p(const thrum_tape *tape);
+
+/* --- derivatives ------------------------------------------------------------------------------ */
+
+/* Derivatives of a loss, or a direction of the same numbers. Arrays are the caller's, and each may
+ * be NULL: not wanted, or a direction of zero. */
+typedef struct thrum_tape_gradient {
+  double *q, *p;    /* by the start (rank each) */
+  double *force;    /* by the force of each step (steps x rank) */
+  double *damping;  /* by D of each mode (rank) [1/s], apart from alpha and beta: of a ratio zeta it
+                       is 2 omega times that */
+  double alpha;     /* by damping_alpha [1/s] */
+  double beta;      /* by damping_beta [s] */
+  double stiffness; /* by a factor of Young's modulus of the whole body, at 1, with beta held */
+  double density;   /* by a factor of its density, at 1, where q, p, the force at each point and
+                       alpha and beta are held */
+} thrum_tape_gradient;
+
+/* The gradient of a loss into *gradient, from its derivatives by q and p after each step, the start
+ * first ((steps + 1) x rank each; NULL: it does not depend on them). Costs about a tangent
+ * stiffness and 2/3 rank^3 a step. THRUM_UNSUPPORTED with the step and its time where one was
+ * divided by a fallback level, THRUM_SINGULAR, THRUM_BAD_VALUE where a derivative given is not
+ * finite, THRUM_NOT_FINITE where the gradient is not. The outputs then stay as they were. */
+THRUM_API thrum_status thrum_tape_pull_back(const thrum_model *model, thrum_tape *tape,
+                                            const double *q_bar, const double *p_bar,
+                                            thrum_tape_gradient *gradient, thrum_error *error);
+
+/* The change of q and p after each step, the start first ((steps + 1) x rank each), for a direction
+ * of what they depend on: what the run would change by, to first order. Failures as
+ * thrum_tape_pull_back, but that the content of the arrays is then undefined. */
+THRUM_API thrum_status thrum_tape_push_forward(const thrum_model *model, thrum_tape *tape,
+                                               const thrum_tape_gradient *direction, double *q,
+                                               double *p, thrum_error *error);
+
+#ifdef __cplusplus
+}
+#endif
+#endif
