@@ -10,7 +10,8 @@ file(GLOB python_sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/python/thrum/*.
 file(GLOB public_headers CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/include/thrum/*.h)
 
 add_library(thrum_python_library SHARED $<TARGET_OBJECTS:thrum_objects>
-  $<TARGET_OBJECTS:thrum_scene_objects> $<TARGET_OBJECTS:thrum_response_objects>)
+  $<TARGET_OBJECTS:thrum_scene_objects> $<TARGET_OBJECTS:thrum_response_objects>
+  $<TARGET_OBJECTS:thrum_gradient_objects>)
 target_link_libraries(thrum_python_library PRIVATE thrum_flags m)
 target_link_options(thrum_python_library PRIVATE -Wl,-z,defs)
 set_target_properties(thrum_python_library PROPERTIES OUTPUT_NAME thrum

@@ -32,7 +32,7 @@ consume() {
   LD_LIBRARY_PATH=$libdir "$prefix-scene"
 
   # libm is named once, also to who links statically
-  for package in thrum thrum-scene thrum-response; do
+  for package in thrum thrum-scene thrum-response thrum-gradient; do
     test "$(PKG_CONFIG_PATH=$(dirname "$pc") pkg-config --static --libs $package | tr ' ' '\n' | grep -cx -- -lm)" = 1
   done
 
@@ -73,7 +73,7 @@ done
 
 # shared libraries carry the minor version in their names
 if grep -q '^BUILD_SHARED_LIBS:[A-Z]*=ON' "$build/CMakeCache.txt"; then
-  for library in libthrum libthrum_scene libthrum_response; do
+  for library in libthrum libthrum_scene libthrum_response libthrum_gradient; do
     test -n "$(find "$work/installed" -name "$library.so.${version%.*}")"
   done
 fi

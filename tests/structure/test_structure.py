@@ -8,7 +8,8 @@ Eight rules keep the tree readable:
      everyone).
   3. A header declares the functions of its own .c and of no other. A family of files shares the
      header whose name they begin with: msh_read.h declares msh_read.c and msh_read_nodes.c. A
-     header in include/thrum is the face of a whole library: core/ and runtime/, scene/ for scene.h, or response/ for response.h.
+     header in include/thrum is the face of a whole library: core/ and runtime/, scene/ for scene.h, response/ for response.h, or gradient/ for
+     gradient.h.
   4. No two source files have the same name.
   5. The core stands alone: a file of core/ includes core/ and the public headers that core/ implements,
      and names no function and no table that is defined above it. What is above is reached through the
@@ -35,6 +36,7 @@ LAYERS = {
     "runtime": {"core"},
     "scene": set(),
     "response": set(),
+    "gradient": set(),
     "platform": set(),
     "io": {"platform"},
     "mesh": {"platform", "io"},
@@ -50,7 +52,7 @@ LAYERS = {
 }
 # The public headers whose functions core/ defines, or that have none.
 CORE_HEADERS = {"api", "base_motion", "external_load", "kernel", "kernel_pass", "model", "polynomial", "state", "status",
-                "version"}
+                "step_equation", "version"}
 # The tables by which the core reaches what is above it; core/alone.c has those of the core alone.
 CORE_TABLES = {"thrum_schemes", "thrum_passes"}
 SUFFIXES = (".c", ".h", ".inl")
@@ -214,7 +216,7 @@ def check_headers(files):
             for source in sorted(where.get(name, ())):
                 if path.startswith("include/"):
                     own = os.path.basename(path)[:-2]
-                    home = (own,) if own in ("scene", "response") else ("core", "runtime")
+                    home = (own,) if own in ("scene", "response", "gradient") else ("core", "runtime")
                     good = source.split("/")[0] in home
                 else:
                     stem = module_of(source)
