@@ -3,7 +3,7 @@
 
 usage: declarations.py HEADERS CC OUTPUT.py
 
-HEADERS is the folder that holds thrum/scene.h, CC a C compiler whose preprocessor is used, and
+HEADERS is the folder that holds thrum/scene.h and those of the other libraries, CC a C compiler whose preprocessor is used, and
 OUTPUT.py the module to write. The module holds data alone: who installs the package needs no
 compiler. SPDX-License-Identifier: Apache-2.0
 """
@@ -16,14 +16,17 @@ import tempfile
 
 import cffi
 
+# headers that bring all others with them
+LIBRARIES = ("scene", "response", "gradient")
 # a macro that is a number of its own, such as THRUM_RANK_MAX
 NUMBER_MACRO = re.compile(r"^#define (THRUM_\w+) (-?(?:0x[0-9a-fA-F]+|\d+))(?=\s)", re.MULTILINE)
 
 
 def preprocess(headers: str, compiler: str) -> str:
     """The declarations of the public headers alone, without those of the C library."""
+    included = [word for library in LIBRARIES for word in ("-include", f"thrum/{library}.h")]
     text = subprocess.run(
-        [compiler, "-E", "-std=c11", "-I", headers, "-include", "thrum/scene.h", "-x", "c", os.devnull],
+        [compiler, "-E", "-std=c11", "-I", headers, *included, "-x", "c", os.devnull],
         check=True, capture_output=True, text=True).stdout
 
     # lines behind a marker `# 12 "path"` come from that file

@@ -24,6 +24,7 @@
 #include "thrum/rigid_frame.h"
 #include "thrum/state.h"
 #include "thrum/status.h"
+#include "thrum/step_equation.h"
 #include "thrum/stress.h"
 #include "thrum/surface.h"
 #include "thrum/version.h"

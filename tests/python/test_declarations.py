@@ -25,7 +25,8 @@ def structs():
 
 def compiler_says(headers, compiler, names):
     """{"struct.field": (offset, size)} and {"struct": (0, size)} from a program that the C compiler made."""
-    lines = ['#include <stddef.h>', '#include <stdio.h>', '#include "thrum/scene.h"', "int main(void) {"]
+    lines = ['#include <stddef.h>', '#include <stdio.h>', '#include "thrum/scene.h"', '#include "thrum/response.h"',
+             '#include "thrum/gradient.h"', "int main(void) {"]
     for name in names:
         lines.append(f'  printf("{name} 0 %zu\\n", sizeof({name}));')
         for field, _ in ffi.typeof(name).fields:
