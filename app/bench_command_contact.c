@@ -110,7 +110,7 @@ int bench_contact_command(int argc, char **argv) {
     return config_usage("bench contact", "'%s' is not expected", argv[optind + 1]);
 
   // the model that is named, or the block
-  thrum_error error = {THRUM_OK, ""};
+  thrum_error error = {.status = THRUM_OK};
   thrum_status status = THRUM_OK;
   if (optind < argc) {
     const thrum_model *given = NULL;

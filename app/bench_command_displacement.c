@@ -95,7 +95,7 @@ int bench_displacement_command(int argc, char **argv) {
   CONFIG_TRY(config_options_read(&command_bench_displacement, argc, argv, &asked));
   if (optind < argc)
     return config_usage("bench displacement", "'%s' is not expected", argv[optind]);
-  thrum_error error = {THRUM_OK, ""};
+  thrum_error error = {.status = THRUM_OK};
   if (bench_displacement_run(&asked.bench, &error) < 0)
     return config_refuse(&error);
   (asked.json ? print_json : print_table)(&asked.bench);

@@ -224,7 +224,7 @@ static void print_table(const sweep *asked) {
 int bench_precompute_command(int argc, char **argv) {
   sweep asked = {.modes = 20, .rank = 30, .tets = 10000, .threads = 1};
   CONFIG_TRY(read_options(argc, argv, &asked));
-  thrum_error error = {THRUM_OK, ""};
+  thrum_error error = {.status = THRUM_OK};
   if (run_all(&asked, &error) < 0)
     return config_refuse(&error);
   (asked.json ? print_json : print_table)(&asked);

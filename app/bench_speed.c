@@ -164,7 +164,7 @@ static void print_json(const bench_request *request, cJSON *rows) {
 }
 
 int bench_each_model(bench_request *request, bench_run *run, const char *const *curves) {
-  thrum_error error = {THRUM_OK, ""};
+  thrum_error error = {.status = THRUM_OK};
   // before the measurement, which may be long
   thrum_status status = request->folder ? folder_make(request->folder, &error) : THRUM_OK;
   if (status < 0)

@@ -255,7 +255,7 @@ static int run_request(const static_request *request) {
   THRUM_THEN(status, answer_all(&answer, memory, &error));
 
   // an instability on the way is flagged
-  const bool flagged = status >= 0 && strcmp(static_status_name(&answer), "done") != 0;
+  const bool flagged = status >= 0 && static_flag(&answer) != NULL;
   if (status >= 0) {
     static_report_print(&answer, request->json);
     warn_flags(&answer);

@@ -18,9 +18,10 @@ set_target_properties(thrum_python_library PROPERTIES OUTPUT_NAME thrum
   LIBRARY_OUTPUT_DIRECTORY ${THRUM_PYTHON_BUILD}/thrum)
 
 set(declarations ${THRUM_PYTHON_BUILD}/thrum/_declarations.py)
-add_custom_command(OUTPUT ${declarations}
+set(keywords ${THRUM_PYTHON_BUILD}/thrum/_keywords.py)
+add_custom_command(OUTPUT ${declarations} ${keywords}
   COMMAND ${THRUM_PYTHON} ${PROJECT_SOURCE_DIR}/python/declarations.py
-    ${PROJECT_SOURCE_DIR}/include ${CMAKE_C_COMPILER} ${declarations}
+    ${PROJECT_SOURCE_DIR}/include ${CMAKE_C_COMPILER} ${declarations} ${keywords}
   DEPENDS ${PROJECT_SOURCE_DIR}/python/declarations.py ${public_headers})
 file(GLOB schemas CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/docs/schema/*.schema.json)
 set(options ${THRUM_PYTHON_BUILD}/thrum/_options.py)
@@ -34,5 +35,5 @@ foreach(source ${python_sources})
     COMMAND ${CMAKE_COMMAND} -E copy ${source} ${THRUM_PYTHON_BUILD}/thrum/${name} DEPENDS ${source})
   list(APPEND copies ${THRUM_PYTHON_BUILD}/thrum/${name})
 endforeach()
-add_custom_target(thrum_python_package ALL DEPENDS ${declarations} ${options} ${copies}
+add_custom_target(thrum_python_package ALL DEPENDS ${declarations} ${keywords} ${options} ${copies}
   thrum_python_library)

@@ -165,3 +165,10 @@ thrum_status config_error_in(thrum_error *error, thrum_status status, const char
   va_end(arguments);
   return thrum_error_set(error, status, "%s: %s", words, told.message);
 }
+
+thrum_status config_error_of(thrum_error *error, thrum_status status, const char *field) {
+  if (status >= 0 || error == NULL)
+    return status;
+  const thrum_error told = *error;
+  return thrum_error_set_field(error, field, status, ": %s", told.message);
+}

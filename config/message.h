@@ -30,6 +30,9 @@ int config_end(thrum_status status, bool flagged, const thrum_error *error);
 __attribute__((format(printf, 3, 4))) thrum_status
 config_error_in(thrum_error *error, thrum_status status, const char *format, ...);
 
+/* The same of one option or key, a static text: it is the field of the error. */
+thrum_status config_error_of(thrum_error *error, thrum_status status, const char *field);
+
 /* Control characters of what was typed, line ends too, and marks that turn the direction of a text
  * into '?': a message is one line, and shows what is there. */
 void config_one_line(char *text);

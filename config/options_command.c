@@ -129,7 +129,7 @@ int config_options_read(const config_command *command, int argc, char **argv, vo
   list.places = calloc((size_t)argc + 1, sizeof *list.places);
 
   // help comes before whatever else may be wrong
-  const thrum_error memory = {THRUM_OUT_OF_MEMORY, ""};
+  const thrum_error memory = {.status = THRUM_OUT_OF_MEMORY};
   int code = list.items == NULL || list.places == NULL ? config_refuse(&memory)
                                                        : collect(command, argc, argv, &list);
   if (code == COMMAND_DONE && list.help != NULL) {

@@ -1,6 +1,7 @@
 /* The JSON schema of options files and scene files, made of the tables that read them.
  * SPDX-License-Identifier: Apache-2.0 */
 #include <stdio.h>
+#include <string.h>
 
 #include "config/options.h"
 #include "io/json.h"
@@ -93,6 +94,20 @@ static void describe(const config_option *o, cJSON *object) {
   cJSON_AddStringToObject(object, "description", text);
 }
 
+/* What holds without the option, where its words are a value and no explanation. */
+static void add_default(const config_option *o, cJSON *object) {
+  cJSON *value = NULL;
+  if (o->fallback == NULL || o->kind == CONFIG_TEXT || o->kind == CONFIG_TEXTS)
+    return;
+  for (int n = 0; o->kind == CONFIG_CHOICE && o->names[n] != NULL; n++)
+    if (strcmp(o->names[n], o->fallback) == 0)
+      value = cJSON_CreateString(o->fallback);
+  if (o->kind != CONFIG_CHOICE)
+    value = cJSON_ParseWithOpts(o->fallback, NULL, true);
+  if (value != NULL)
+    cJSON_AddItemToObject(object, "default", value);
+}
+
 static cJSON *object_schema(const config_option *keys, bool records) {
   config_row rows[CONFIG_OPTION_MAX];
   const int count = config_rows(keys, rows);
@@ -112,6 +127,7 @@ static cJSON *object_schema(const config_option *keys, bool records) {
       *c = records && *c == '-' ? '_' : *c;
     cJSON *schema = option_schema(o, records);
     describe(o, schema);
+    add_default(o, schema);
     cJSON_AddItemToObject(properties, name, schema);
     if (o->needed)
       cJSON_AddItemToArray(required, cJSON_CreateString(name));

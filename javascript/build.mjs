@@ -4,6 +4,8 @@ import { dirname, join } from 'node:path';
 import { fileURLToPath } from 'node:url';
 import { gzipSync } from 'node:zlib';
 import { compile, writeWhole } from './compile.mjs';
+import { declarationsOf } from './src/fields.js';
+import { Memory } from './src/memory.js';
 
 const here = dirname(fileURLToPath(import.meta.url));
 const dist = join(here, 'dist');
@@ -17,5 +19,12 @@ compile('javascript', wasm);
 const bytes = readFileSync(wasm);
 writeWhole(join(dist, 'wasm.js'),
   `// The binary of the engine, made by build.mjs.\nexport const wasm = '${bytes.toString('base64')}';\n`);
+
+// options by the rows of thrum/fields.h, but for those that have types of their own
+const OWN = { body: ['touch'], obstacle: ['rotation'], link: ['kind', 'vertices'] };
+const memory = await Memory.of(bytes);
+const types = readFileSync(join(here, 'src/index.d.ts'), 'utf8')
+  .replace(/@(\w+)@/g, (_, record) => declarationsOf(memory, record, OWN[record]));
+writeWhole(join(dist, 'index.d.ts'), types);
 copyFileSync(join(here, '..', 'LICENSE'), join(here, 'LICENSE'));
 console.log(`dist/thrum.wasm: ${bytes.length} bytes, ${gzipSync(bytes).length} in gzip`);

@@ -4,6 +4,7 @@
 #include "scene/scene_base_motion.h"
 #include "scene/scene_contact.h"
 #include "scene/scene_detail.h"
+#include "scene/scene_fields.h"
 #include "scene/scene_free_make.h"
 #include "scene/scene_link.h"
 #include "scene/scene_loads.h"
@@ -24,21 +25,7 @@
 #include "thrum/condensed_model.h"
 #include "thrum/displacement.h"
 
-#define BODY_COOKIE UINT32_C(0x7468626f)
 #define BODY_VECTORS 10
-
-thrum_scene_body_def thrum_default_scene_body_def(void) {
-  return (thrum_scene_body_def){
-      .cookie = BODY_COOKIE,
-      .rotation = {1, 0, 0, 0},
-      .scale = 1,
-      .stiffness = 1,
-      .density = 1,
-      .colour = {0.75f, 0.75f, 0.75f},
-      .state = thrum_default_state_def(),
-      .collides = 1,
-  };
-}
 
 thrum_status thrum_scene_set_workers(thrum_scene *scene, int32_t workers, thrum_scene_run run,
                                      void *context, thrum_error *error) {
@@ -141,25 +128,19 @@ static thrum_status make_start(const thrum_scene_body_def *def, scene_body *body
 }
 
 static thrum_status check_def(const thrum_scene_body_def *def, thrum_error *error) {
-  if (def == NULL || def->cookie != BODY_COOKIE)
-    return thrum_error_set(error, THRUM_UNINITIALISED_DEF,
-                           "the body's def was not made by thrum_default_scene_body_def");
+  THRUM_TRY(scene_fields_check(THRUM_SCENE_RECORD_BODY, def, error));
   if (def->model == NULL || def->model->rank < 1)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "the body's def has no model");
 
   // a lower rank and condensing both let the other coordinates follow
-  if (def->rank < 0 || def->rank > def->model->rank)
-    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
-                           "rank %lld is asked for; the model has 1 to %lld", (long long)def->rank,
-                           (long long)def->model->rank);
+  if (def->rank > def->model->rank)
+    return thrum_error_set_field(error, "rank", THRUM_INVALID_ARGUMENT,
+                                 " is %lld; the model has 1 to %lld", (long long)def->rank,
+                                 (long long)def->model->rank);
   if (def->rank > 0 && (def->condense != 0 || thrum_model_masters(def->model) > 0))
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "a body's rank and condense both say how many coordinates are "
                            "stepped: set one of them");
-  if (def->condense < 0)
-    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
-                           "a body cannot be condensed to %lld coordinates",
-                           (long long)def->condense);
   return THRUM_OK;
 }
 

@@ -17,6 +17,7 @@
 #include "scene/scene_link.h"
 
 #include "scene/scene_access.h"
+#include "scene/scene_fields.h"
 #include "scene/scene_memory.h"
 #include "scene/scene_pairs_room.h"
 #include "scene/scene_placement.h"
@@ -30,7 +31,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define LINK_COOKIE UINT32_C(0x6c696e6b)
 #define NEAR 0.15   /* of the diagonal: vertices that are so near a place weigh in its directions */
 #define SPREAD 1e-9 /* det C over (trace C)^3, below which they lie in a plane */
 #define WIDER 12    /* doublings of that distance, before the body is called flat */
@@ -38,19 +38,6 @@
 #define REACH_MAX 1e30 /* how far places may be [m], how fast paths [m/s], and their times [s] */
 #define ARM_MAX 1e6    /* diagonals of a body up to which its deformation moves a place exactly */
 #define LINKS_MAX 1024 /* of a scene, as thrum_contact_pairs_def has room for */
-
-thrum_scene_link_def thrum_default_scene_link_def(void) {
-  return (thrum_scene_link_def){
-      .cookie = LINK_COOKIE,
-      .kind = THRUM_LINK_BALL,
-      .place = {NAN, NAN, NAN},
-      .other = -1,
-      .other_place = {NAN, NAN, NAN},
-      .axis = {0, 0, 1},
-      .length = -1,
-      .until = INFINITY,
-  };
-}
 
 /* --- places and directions of a body ---------------------------------------------------------- */
 
@@ -408,9 +395,7 @@ static thrum_status check_path(const thrum_scene_link_def *def, thrum_error *err
 
 static thrum_status check_def(const thrum_scene *scene, const thrum_scene_link_def *def,
                               thrum_error *error) {
-  if (def == NULL || def->cookie != LINK_COOKIE)
-    return thrum_error_set(error, THRUM_UNINITIALISED_DEF,
-                           "the link's def was not made by thrum_default_scene_link_def");
+  THRUM_TRY(scene_fields_check(THRUM_SCENE_RECORD_LINK, def, error));
   if (def->kind < THRUM_LINK_SPRING || def->kind > THRUM_LINK_WELD)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "a link is of no known kind");
   if (scene->link_count == LINKS_MAX)
@@ -425,10 +410,10 @@ static thrum_status check_def(const thrum_scene *scene, const thrum_scene_link_d
 
   // written so that NaN is refused as well
   if (!is_amount(def->stiffness) || !is_amount(def->damping) ||
-      !(def->length <= THRUM_CONTACT_STIFFNESS_MAX) || isnan(def->until))
+      def->length > THRUM_CONTACT_STIFFNESS_MAX)
     return thrum_error_set(error, THRUM_BAD_VALUE,
                            "the stiffness and damping of a link must be 0 to 1e30, its length at "
-                           "most that, and `until` a time");
+                           "most that");
   if (!is_place(def->place) || !is_place(def->other_place))
     return thrum_error_set(error, THRUM_BAD_VALUE,
                            "a place of a link is not within 1e30 m: set all three of its numbers, "

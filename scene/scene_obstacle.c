@@ -5,6 +5,7 @@
 #include "scene/scene_obstacle.h"
 
 #include "scene/scene_contact.h"
+#include "scene/scene_fields.h"
 #include "scene/scene_memory.h"
 
 #include <string.h>
@@ -36,6 +37,7 @@ static thrum_status make_contacts(thrum_scene *scene, thrum_error *error) {
 
 thrum_status thrum_scene_add_obstacle(thrum_scene *scene, const thrum_obstacle *obstacle,
                                       int32_t *number, thrum_error *error) {
+  THRUM_TRY(scene_fields_check(THRUM_SCENE_RECORD_OBSTACLE, obstacle, error));
   THRUM_TRY(thrum_obstacle_check(obstacle, scene->obstacle_count, error));
   const int64_t count = scene->obstacle_count + 1;
   if (!scene_grow(&scene->obstacles, count, sizeof *scene->obstacles) ||
@@ -79,6 +81,7 @@ thrum_status thrum_scene_obstacle(const thrum_scene *scene, int32_t number,
 thrum_status thrum_scene_set_obstacle(thrum_scene *scene, int32_t number,
                                       const thrum_obstacle *obstacle, thrum_error *error) {
   THRUM_TRY(check_number(scene, number, error));
+  THRUM_TRY(scene_fields_check(THRUM_SCENE_RECORD_OBSTACLE, obstacle, error));
   THRUM_TRY(thrum_obstacle_check(obstacle, number, error));
   scene->obstacles[number] = *obstacle;
   scene->obstacle_starts[number] = *obstacle;

@@ -5,6 +5,7 @@
 #include "scene/scene_pairs_room.h"
 
 #include "scene/scene_contact.h"
+#include "scene/scene_fields.h"
 #include "scene/scene_memory.h"
 #include "scene/scene_skin.h"
 
@@ -174,6 +175,7 @@ thrum_status thrum_scene_set_collisions(thrum_scene *scene, const thrum_contact_
                                         thrum_error *error) {
   thrum_contact_pairs_def checked = def != NULL ? *def : thrum_default_contact_pairs_def();
   size_t size = 0;
+  THRUM_TRY(scene_fields_check(THRUM_SCENE_RECORD_PAIRS, &checked, error));
 
   // the scene says how much room there has to be
   checked.member_max = checked.vertex_max = checked.node_max = checked.rank_max = 1;

@@ -86,9 +86,9 @@ thrum_status scene_condense(thrum_scene *scene, int32_t number, int64_t masters,
                             thrum_error *error) {
   scene_body *body = scene->bodies[number];
   if (masters < 0 || masters >= body->model->rank)
-    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
-                           "condensed to %lld coordinates is asked for; the model has 1 to %lld",
-                           (long long)masters, (long long)body->model->rank - 1);
+    return thrum_error_set_field(error, "condense", THRUM_INVALID_ARGUMENT,
+                                 " is %lld; the model can be condensed to 1 to %lld coordinates",
+                                 (long long)masters, (long long)body->model->rank - 1);
   return scene_rebuild(scene, body, &body->def, masters > 0 ? masters : body->model->rank,
                        masters > 0, body->derived->by.stiffness, error);
 }

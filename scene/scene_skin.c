@@ -12,7 +12,7 @@
 thrum_status scene_triangles_keep(const thrum_scene_body_def *def, scene_body *body,
                                   thrum_error *error) {
   const bool kept = def->triangle_count > 0 && def->model->material != NULL;
-  body->collides = kept && def->collides != 0;
+  body->collides = kept && def->collide != 0;
   body->self_contact = def->self_contact != 0;
   if (body->self_contact && (!kept || def->model->basis == NULL))
     return thrum_error_set(

@@ -16,7 +16,7 @@
 #define COUNT_MAX (INT64_C(1) << 62)
 
 /* The version is that of the records below. */
-static const thrum_seal_kind kind = {{'t', 'h', 'r', 'u', 'm', 's', 'c', 'n'}, 11};
+static const thrum_seal_kind kind = {{'t', 'h', 'r', 'u', 'm', 's', 'c', 'n'}, 12};
 
 typedef struct scene_record {
   uint64_t revision;

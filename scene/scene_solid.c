@@ -7,6 +7,7 @@
 
 #include "scene/scene_solid.h"
 
+#include "scene/scene_fields.h"
 #include "scene/scene_memory.h"
 #include "scene/scene_pairs_room.h"
 #include "scene/scene_solid_shape.h"
@@ -19,24 +20,8 @@
 
 #include "core/base/finite.h"
 
-#define SOLID_COOKIE UINT32_C(0x736f6c64)
 #define REACH_MAX 1e30 /* how far it may be, as its vertices from its origin [m] */
 #define ALIKE 0.9995   /* cosine of half the angle above which two rotations are mixed in a line */
-
-thrum_scene_solid_def thrum_default_scene_solid_def(void) {
-  return (thrum_scene_solid_def){
-      .cookie = SOLID_COOKIE,
-      .shape = THRUM_SOLID_BOX,
-      .half = {0.5, 0.5, 0.5},
-      .radius = 0.5,
-      .height = 1,
-      .segments = 48,
-      .spacing = {1, 1},
-      .rotation = {1, 0, 0, 0},
-      .friction = 0.5,
-      .restitution = 0.5,
-  };
-}
 
 /* --- where it is ------------------------------------------------------------------------------ */
 
@@ -133,13 +118,10 @@ static thrum_status check_motion(const thrum_scene_solid_def *def, thrum_error *
 }
 
 static thrum_status check_def(const thrum_scene_solid_def *def, thrum_error *error) {
-  if (def == NULL || def->cookie != SOLID_COOKIE)
-    return thrum_error_set(error, THRUM_UNINITIALISED_DEF,
-                           "the solid's def was not made by thrum_default_scene_solid_def");
-  if (!(def->friction >= 0.0 && def->friction <= THRUM_CONTACT_STIFFNESS_MAX) ||
-      !(def->restitution >= 0.0 && def->restitution <= 1.0))
-    return thrum_error_set(error, THRUM_BAD_VALUE,
-                           "a solid's friction must be 0 to 1e30, its restitution 0 to 1");
+  THRUM_TRY(scene_fields_check(THRUM_SCENE_RECORD_SOLID, def, error));
+  if (def->friction > THRUM_CONTACT_STIFFNESS_MAX)
+    return thrum_error_set_field(error, "friction", THRUM_BAD_VALUE, " is %g; it must be 0 to 1e30",
+                                 def->friction);
   return check_motion(def, error);
 }
 

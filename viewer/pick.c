@@ -3,7 +3,7 @@
  * doi:10.1080/10867651.1997.10487468. Cost: every triangle of every body once.
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#include "bridge.h"
+#include "page.h"
 
 #include <math.h>
 

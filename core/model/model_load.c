@@ -31,7 +31,7 @@ thrum_status thrum_model_load(const char *path, const thrum_model **model, thrum
   unsigned char *block = NULL;
   size_t size = 0;
   THRUM_TRY(thrum_file_buffer_read(path, &block, &size, error));
-  thrum_error reason = {THRUM_OK, ""};
+  thrum_error reason = {.status = THRUM_OK};
   thrum_status status = adopt(block, size, model, &reason);
   return status == THRUM_OK ? status : thrum_file_buffer_fail(path, status, reason.message, error);
 }

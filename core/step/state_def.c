@@ -7,12 +7,11 @@
 #include "core/polynomial/points.h"
 #include "core/schemes/schemes.h"
 
-#define DEF_COOKIE UINT32_C(0x7468726d)
 #define TOLERANCE_MOST 1e-2 /* that a definition may ask for */
 
 thrum_state_def thrum_default_state_def(void) {
   const thrum_state_def def = {
-      .cookie = DEF_COOKIE,
+      .cookie = sizeof(thrum_state_def),
       .integrator = THRUM_INTEGRATOR_ENERGY,
       .dt = 0.003,
       .damping_alpha = 0.0,
@@ -68,8 +67,8 @@ thrum_status thrum_state_check_model(const thrum_model *model, thrum_error *erro
 }
 
 static thrum_status refuse(thrum_error *error, const char *name, double value, const char *range) {
-  return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
-                         "%s of the state's def is %g; it must be %s", name, value, range);
+  return thrum_error_set_field(error, name, THRUM_INVALID_ARGUMENT, " is %g; it must be %s", value,
+                               range);
 }
 
 static bool non_negative(double value) {
@@ -132,16 +131,16 @@ static thrum_status check_parts(const thrum_state_def *def, thrum_error *error) 
   const char *name = lacking(def);
   if (!name)
     return THRUM_OK;
-  return thrum_error_set(error, THRUM_UNSUPPORTED,
-                         "%s of the state's def asks for what this library, the core alone, does "
-                         "not have: set it to %s",
-                         name, thrum_first_scheme(def) < 0 ? "imexv, newmark or energy" : "0");
+  return thrum_error_set_field(error, name, THRUM_UNSUPPORTED,
+                               " asks for what this library, the core alone, does not have: set it "
+                               "to %s",
+                               thrum_first_scheme(def) < 0 ? "imexv, newmark or energy" : "0");
 }
 
 thrum_status thrum_state_def_check(const thrum_model *model, const thrum_state_def *def,
                                    thrum_error *error) {
   THRUM_TRY(thrum_state_check_model(model, error));
-  if (!def || def->cookie != DEF_COOKIE)
+  if (!def || def->cookie != sizeof *def)
     return thrum_error_set(error, THRUM_UNINITIALISED_DEF,
                            "the state's def was not made by thrum_default_state_def");
 

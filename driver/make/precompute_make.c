@@ -127,13 +127,13 @@ static thrum_status apply_material(precompute_request *request, thrum_mesh *mesh
 
 /* Puts the place in an options file before what an error says, or the option where it was given
  * elsewhere. */
-static thrum_status name_line(const precompute_request *request, const char *key,
+static thrum_status name_line(const precompute_request *request, const char *option,
                               const int64_t *lines, int64_t n, thrum_status status,
                               thrum_error *error) {
   if (request->lines_file == NULL || n >= CONFIG_FILE_ITEMS_MAX || lines[n] == 0)
-    return config_error_in(error, status, "--%s", key);
+    return config_error_of(error, status, option);
   return config_error_in(error, status, "%.100s:%lld: %s", request->lines_file, (long long)lines[n],
-                         key);
+                         option + 2);
 }
 
 /* Marks what the --fix options name in `fixed`, beside what it marks already. */
@@ -144,7 +144,7 @@ static thrum_status fix_vertices(const precompute_request *request, const thrum_
     int64_t count = 0;
     const thrum_status status = thrum_mesh_fix(mesh, request->fixes[n], fixed, &count, error);
     if (status < 0)
-      return name_line(request, "fix", request->fix_lines, n, status, error);
+      return name_line(request, "--fix", request->fix_lines, n, status, error);
     if (count == 0 && mesh->made_midsides == 0)
       config_warn("--fix %s: the list is empty and holds nothing", request->fixes[n]);
   }
@@ -441,7 +441,7 @@ static thrum_status find_handles(const precompute_request *request, thrum_mesh *
     thrum_status status = add_place(mesh, request->handles[n], error);
     THRUM_THEN(status, thrum_handle_find(mesh, request->handles[n], &handles[n], error));
     if (status < 0)
-      return name_line(request, "handles", request->handle_lines, n, status, error);
+      return name_line(request, "--handles", request->handle_lines, n, status, error);
   }
   return THRUM_OK;
 }

@@ -12,27 +12,28 @@ thrum_status model_masters_asked(const thrum_model *loaded, int64_t rank, int64_
   if (rank == 0 || rank == loaded->rank)
     return THRUM_OK;
   if (rank > loaded->rank)
-    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
-                           "--rank: rank %lld is asked for; the model has 1 to %lld",
-                           (long long)rank, (long long)loaded->rank);
+    return thrum_error_set_field(error, "--rank", THRUM_INVALID_ARGUMENT,
+                                 ": rank %lld is asked for; the model has 1 to %lld",
+                                 (long long)rank, (long long)loaded->rank);
 
   // coordinates that are not stepped follow, as with --condense
   if (thrum_model_masters(loaded) > 0)
-    return thrum_error_set(error, THRUM_MISSING,
-                           "--rank: the model was precomputed condensed, and coordinates that "
-                           "follow cannot be left out: give --condense 1 to %lld",
-                           (long long)thrum_model_masters(loaded));
+    return thrum_error_set_field(error, "--rank", THRUM_MISSING,
+                                 ": the model was precomputed condensed, and coordinates that "
+                                 "follow cannot be left out: give --condense 1 to %lld",
+                                 (long long)thrum_model_masters(loaded));
   if (condense > 0)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "--rank %lld and --condense %lld both say how many coordinates are "
                            "stepped: leave one out",
                            (long long)rank, (long long)condense);
   if (loaded->point_count > 0)
-    return thrum_error_set(error, THRUM_UNSUPPORTED,
-                           "--rank: the model has cubature points, so its coordinates beyond %lld "
-                           "cannot follow the others: leave --rank out, or precompute the model "
-                           "with --rank %lld",
-                           (long long)rank, (long long)rank);
+    return thrum_error_set_field(
+        error, "--rank", THRUM_UNSUPPORTED,
+        ": the model has cubature points, so its coordinates beyond %lld "
+        "cannot follow the others: leave --rank out, or precompute the model "
+        "with --rank %lld",
+        (long long)rank, (long long)rank);
   *masters = rank;
   return THRUM_OK;
 }

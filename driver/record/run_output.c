@@ -54,8 +54,8 @@ static thrum_status open_frames(run_output *output, thrum_error *error) {
   const thrum_model *model = output->model;
   path_text path;
   if (model->vertices == NULL || model->basis == NULL) {
-    return thrum_error_set(error, THRUM_MISSING, "--frames: the model has no %s to show",
-                           model->vertices == NULL ? "mesh" : "basis");
+    return thrum_error_set_field(error, "--frames", THRUM_MISSING, ": the model has no %s to show",
+                                 model->vertices == NULL ? "mesh" : "basis");
   }
 
   // room for the displacements of one frame, then the folder and the list of frames

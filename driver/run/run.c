@@ -165,14 +165,14 @@ thrum_status driver_run_steps(driver_run *run, bool quiet, thrum_error *error) {
   return status;
 }
 
-const char *driver_run_status(const driver_run *run) {
+run_outcome driver_run_outcome(const driver_run *run) {
   simulate_figures all = {.status = run->status};
   for (int32_t n = 0; n < run->body_count; n++) {
     all.energy_grew = all.energy_grew || run->bodies[n].figures.energy_grew;
     all.condensed_wrong = all.condensed_wrong || run->bodies[n].figures.condensed_wrong;
     all.basis_wrong = all.basis_wrong || run->bodies[n].figures.basis_wrong;
   }
-  return simulate_status_name(&all);
+  return simulate_outcome(&all);
 }
 
 /* Energy that the run gained by itself: in its free motion, beside the work of its loads, or as its

@@ -59,8 +59,8 @@ thrum_status driver_run_steps(driver_run *run, bool quiet, thrum_error *error);
 /* Steps that all bodies have made. */
 int64_t driver_run_step_count(const driver_run *run);
 
-/* "done", or what flags the run, see simulate_status_name. */
-const char *driver_run_status(const driver_run *run);
+/* Of all bodies together. */
+run_outcome driver_run_outcome(const driver_run *run);
 
 /* A line on standard error for what ended the run early, and for each body that needs one. */
 void driver_run_warn(const driver_run *run);

@@ -114,27 +114,36 @@ void simulate_figures_stepped_by(const simulate_figures *figures, char text[128]
              name, report->switched_steps, report->steps, report->first_switch);
 }
 
-const char *simulate_status_name(const simulate_figures *figures) {
+const char *run_outcome_word(run_outcome outcome) {
+  static const char *const words[] = {
+#define X(name, word) word,
+      RUN_OUTCOMES(X)
+#undef X
+  };
+  return words[outcome];
+}
+
+run_outcome simulate_outcome(const simulate_figures *figures) {
   if (figures->status >= 0 && figures->energy_grew)
-    return "energy_grew";
+    return RUN_ENERGY_GREW;
   if (figures->status == THRUM_OK && figures->condensed_wrong)
-    return "condensed_wrong";
+    return RUN_CONDENSED_WRONG;
   if (figures->status == THRUM_OK && figures->basis_wrong)
-    return "basis_wrong";
+    return RUN_BASIS_WRONG;
 
   // otherwise the last status of the stepper says why the run ended
   switch (figures->status) {
   case THRUM_OK:
-    return "done";
+    return RUN_DONE;
   case THRUM_FELL_BACK:
-    return "fell_back";
+    return RUN_FELL_BACK;
   case THRUM_NOT_CONVERGED:
-    return "not_converged";
+    return RUN_NOT_CONVERGED;
   case THRUM_NOT_FINITE:
-    return "not_finite";
+    return RUN_NOT_FINITE;
   case THRUM_INTERRUPTED:
-    return "interrupted";
+    return RUN_INTERRUPTED;
   default:
-    return "failed";
+    return RUN_FAILED;
   }
 }

@@ -75,7 +75,27 @@ void simulate_figures_stepped_by(const simulate_figures *figures, char text[128]
  * came from nowhere. */
 void simulate_figures_end(simulate_figures *figures);
 
-/* "done", or what flags the run: "fell_back", "not_converged", "interrupted", ... */
-const char *simulate_status_name(const simulate_figures *figures);
+/* How a run ended, X(name, its word in reports): done, or what flags it. */
+#define RUN_OUTCOMES(X)                                                                            \
+  X(DONE, "done")                                                                                  \
+  X(ENERGY_GREW, "energy_grew")                                                                    \
+  X(CONDENSED_WRONG, "condensed_wrong")                                                            \
+  X(BASIS_WRONG, "basis_wrong")                                                                    \
+  X(FELL_BACK, "fell_back")                                                                        \
+  X(NOT_CONVERGED, "not_converged")                                                                \
+  X(NOT_FINITE, "not_finite")                                                                      \
+  X(INTERRUPTED, "interrupted")                                                                    \
+  X(FAILED, "failed")                                                                              \
+  X(SURFACES_CROSSED, "surfaces_crossed")                                                          \
+  X(JOINTS_OPEN, "joints_open")
+
+typedef enum run_outcome {
+#define X(name, word) RUN_##name,
+  RUN_OUTCOMES(X)
+#undef X
+} run_outcome;
+
+const char *run_outcome_word(run_outcome outcome);
+run_outcome simulate_outcome(const simulate_figures *figures);
 
 #endif

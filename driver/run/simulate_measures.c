@@ -24,13 +24,13 @@ static const thrum_stress_points_def every_tet = {NULL, 0};
 static thrum_status open_stress_points(const thrum_model *model, simulate_measures *m,
                                        thrum_error *error) {
   size_t size = 0;
-  THRUM_TRY(config_error_in(error, thrum_stress_points_size(model, &every_tet, &size, error),
+  THRUM_TRY(config_error_of(error, thrum_stress_points_size(model, &every_tet, &size, error),
                             "--stress"));
 
   if (thrum_law_has_yield(model))
-    return thrum_error_set(error, THRUM_UNSUPPORTED,
-                           "--stress is of a material that does not flow, and a region of this "
-                           "model does");
+    return thrum_error_set_field(error, "--stress", THRUM_UNSUPPORTED,
+                                 " is of a material that does not flow, and a region of this model "
+                                 "does");
 
   // one point in each tetrahedron
   THRUM_TRY(thrum_reserve_aligned(&m->stress_points_memory, size, "stresses", error));
@@ -48,8 +48,8 @@ static thrum_status open_stress_points(const thrum_model *model, simulate_measur
 static thrum_status open_field(const simulate_request *request, const thrum_model *model,
                                simulate_measures *m, thrum_error *error) {
   if (request->shared)
-    return thrum_error_set(error, THRUM_UNSUPPORTED,
-                           "--stress is of a body in one process: leave it out with several");
+    return thrum_error_set_field(error, "--stress", THRUM_UNSUPPORTED,
+                                 " is of a body in one process: leave it out with several");
   THRUM_TRY(thrum_reserve(&m->field, 3 * model->vertex_count, sizeof *m->field, "stresses", error));
   m->field_model = model_of_law(model, law_of_run(request->law_given, request->law, model));
   m->field_model.rank = 1;

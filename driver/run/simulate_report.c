@@ -276,7 +276,8 @@ cJSON *simulate_report_json(const driver_body *body) {
   const thrum_state_report *report = &figures->report;
   const simulate_request *request = figures->request;
   char stepped_by[128];
-  cJSON *object = simulate_report_begin(simulate_status_name(figures), &figures->stop);
+  cJSON *object =
+      simulate_report_begin(run_outcome_word(simulate_outcome(figures)), &figures->stop);
   json_string(object, "model", request->model_path);
   if (figures->model_file != NULL)
     json_string(object, "model_file", figures->model_file);

@@ -5,7 +5,6 @@
 #include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
 #include <unistd.h>
 
 #include "config/message.h"
@@ -179,7 +178,7 @@ static void end_unjudged(void *context) {
   if (status >= 0)
     fputs("\nthrum: stopped; the run was written, and what its basis has wrong is not known\n",
           stderr);
-  const int code = config_end(status, strcmp(driver_run_status(run), "done") != 0, &error);
+  const int code = config_end(status, driver_run_outcome(run) != RUN_DONE, &error);
   fflush(stdout);
   _exit(code);
 }
@@ -217,7 +216,7 @@ int simulate_run_request(const simulate_request *request) {
   // while a model is made first
   thrum_interrupt_clean("\nthrum: stopped; nothing was written\n");
   const thrum_status status = simulate(&single, &error);
-  const bool flagged = status >= 0 && strcmp(driver_run_status(&single.run), "done") != 0;
+  const bool flagged = status >= 0 && driver_run_outcome(&single.run) != RUN_DONE;
   const int code = config_end(status, flagged, &error);
   driver_run_close(&single.run);
   free(single.condensed_memory);

@@ -37,17 +37,21 @@ static bool same_file(const scene_body_spec *left, const scene_body_spec *right)
           left->material.plastic.yield == right->material.plastic.yield);
 }
 
-/* Refuses what a model cannot be made of, by the key that it begins with, or else by the model. */
+/* Whether an option is to blame. */
+static bool blames(const thrum_error *detail, const char *option) {
+  return detail->field != NULL && strcmp(detail->field, option) == 0;
+}
+
+/* Refuses what a model cannot be made of, by the key of what is to blame, or else by the model. */
 static thrum_status refuse(const scene_spec *spec, const scene_body_spec *body, thrum_status status,
                            const thrum_error *detail) {
   const char *message = detail->message[0] != 0 ? detail->message : thrum_status_text(status);
-  const bool regions = strncmp(message, "--material", strlen("--material")) == 0;
-  const bool fix = strncmp(message, "--fix", strlen("--fix")) == 0;
+  const bool regions = blames(detail, "--material"), fix = blames(detail, "--fix");
   return config_record_refuse(&spec->file, regions ? &body->material.at : &body->settings.at,
                               regions ? "regions"
                               : fix   ? "fix"
                                       : "model",
-                              status, "%s", message);
+                              status, "%s", regions || fix ? thrum_error_reason(detail) : message);
 }
 
 static thrum_status load_file(const scene_spec *spec, bool quiet, scene_loaded *item) {
@@ -86,7 +90,6 @@ static thrum_status load_file(const scene_spec *spec, bool quiet, scene_loaded *
 /* A rank that the model cannot be stepped at is refused by its line. */
 static thrum_status check_rank(const scene_spec *spec, const scene_body_spec *body,
                                const thrum_model *model) {
-  static const char option[] = "--rank: ";
   thrum_error detail = {0};
   int64_t masters = 0;
   const thrum_status status =
@@ -94,9 +97,8 @@ static thrum_status check_rank(const scene_spec *spec, const scene_body_spec *bo
   if (status >= 0)
     return THRUM_OK;
 
-  const size_t skip = strncmp(detail.message, option, strlen(option)) == 0 ? strlen(option) : 0;
   return config_record_refuse(&spec->file, &body->settings.at, "rank", status, "%s",
-                              detail.message + skip);
+                              thrum_error_reason(&detail));
 }
 
 /* The place of a body's model among those loaded, or a new one. */

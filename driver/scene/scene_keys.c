@@ -15,14 +15,8 @@ static void begin_body(void *item, const void *in) {
   *body = (scene_body_spec){
       .settings = {.def = scene->settings.def},
       .material = {.material = {NAN, NAN, NAN}, .plastic = scene->settings.def.plastic},
-      .rotation = {1, 0, 0, 0},
-      .scale = 1,
-      .stiffness = 1,
-      .density = 1,
-      .colour = {0.75f, 0.75f, 0.75f},
-      .touch = "surface",
+      THRUM_BODY_FIELDS(SCENE_VALUE).touch = "surface",
       .detail = {.condense = 2},
-      .collide = true,
   };
 }
 
@@ -30,11 +24,8 @@ static void begin_obstacle(void *item, const void *in) {
   (void)in;
   scene_obstacle_spec *obstacle = item;
   *obstacle = (scene_obstacle_spec){
-      .normal = {0, 0, 1},
-      .rotation = {1, 0, 0, 0},
+      THRUM_OBSTACLE_FIELDS(SCENE_VALUE).rotation = {1, 0, 0, 0},
       .scale = 1,
-      .friction = 0.5,
-      .restitution = 0.5,
       .colour = {0.5f, 0.5f, 0.5f},
   };
 }
@@ -42,13 +33,7 @@ static void begin_obstacle(void *item, const void *in) {
 static void begin_link(void *item, const void *in) {
   (void)in;
   scene_link_spec *link = item;
-  *link = (scene_link_spec){
-      .place = {NAN, NAN, NAN},
-      .other_place = {NAN, NAN, NAN},
-      .axis = {0, 0, 1},
-      .length = NAN,
-      .until = INFINITY,
-  };
+  *link = (scene_link_spec){THRUM_LINK_FIELDS(SCENE_VALUE)};
 }
 
 static void begin_waypoint(void *item, const void *in) {
@@ -177,15 +162,37 @@ static thrum_status check_base_motion(const char *text, thrum_error *error) {
 #define COLOUR_SCHEMA                                                                              \
   "{\"anyOf\":[{\"type\":\"string\",\"pattern\":\"^#[0-9a-fA-F]{6}$\"},{\"type\":\"array\","       \
   "\"items\":{\"type\":\"number\",\"minimum\":0,\"maximum\":1},\"minItems\":3,\"maxItems\":3}]}"
-#define COLOUR_KEY(grey, record)                                                                   \
-  OPTION_WORD("colour", NULL, grey, "for those who look", .take = take_colour,                     \
-              CONFIG_AT(record, colour), CONFIG_RANGE(0, 1), .schema = COLOUR_SCHEMA,              \
+#define COLOUR_KEY(grey, text, record)                                                             \
+  OPTION_WORD("colour", NULL, grey, text, .take = take_colour, CONFIG_AT(record, colour),          \
+              CONFIG_RANGE(0, 1), .schema = COLOUR_SCHEMA,                                         \
               .wants = "\"#rrggbb\", or [red, green, blue] from 0 to 1")
 #define ROTATION_KEY(text, record, take_it)                                                        \
   OPTION_WORD("rotation", NULL, "none", text, .unit = "degrees", .take = take_it,                  \
               CONFIG_AT(record, rotation), .schema = ROTATION_SCHEMA,                              \
               .wants = "{\"axis\": [X, Y, Z], \"angle\": DEGREES} or a quaternion [W, X, Y, Z], "  \
                        "not zero")
+
+/* The rows of thrum/fields.h that are keys, as options of the RECORD. */
+#define KEY(where, kind, name, unit, value, otherwise, range, about)                               \
+  KEY_##where(kind, name, unit, THRUM_WORDS(kind, value, otherwise), range, about)
+#define KEY_CODE(...)
+#define KEY_BOTH(kind, ...) KEY_##kind(__VA_ARGS__),
+#define KEY_NUMBER(name, unit, words, range, about)                                                \
+  OPTION_NUMBER(#name, unit, words, about, CONFIG_AT(RECORD, name), KEYS_##range)
+#define KEY_VECTOR(name, unit, words, range, about)                                                \
+  OPTION_VECTOR(#name, unit, words, about, CONFIG_AT(RECORD, name), KEYS_##range)
+#define KEY_SPIN(name, unit, words, range, about) KEY_VECTOR(name, "degrees/s", words, range, about)
+#define KEY_COUNT(name, unit, words, range, about)                                                 \
+  OPTION_COUNT(#name, words, about, CONFIG_AT(RECORD, name), KEYS_##range)
+#define KEY_FLAG(name, unit, words, range, about)                                                  \
+  OPTION_FLAG(#name, about, .fallback = words, CONFIG_AT(RECORD, name))
+#define KEY_ROTATION(name, unit, words, range, about) ROTATION_KEY(about, RECORD, take_rotation)
+#define KEY_COLOUR(name, unit, words, range, about) COLOUR_KEY(words, about, RECORD)
+#define KEYS_ANY
+#define KEYS_ABOVE_0 CONFIG_ABOVE(0)
+#define KEYS_FROM_0 CONFIG_FROM(0)
+#define KEYS_SHARE CONFIG_RANGE(0, 1)
+#define KEYS_RANK CONFIG_RANGE(1, THRUM_RANK_MAX)
 
 #define AT(member) CONFIG_AT(scene_material_spec, member)
 static const config_option material_keys[] = {
@@ -239,21 +246,12 @@ static const config_option body_keys[] = {
                   "of a mesh, in place of its own; of a model the plastic flow alone",
                   AT(material)),
 
-    // where the body is, and by what factors it differs from its model
-    OPTION_VECTOR("position", "m", "[0, 0, 0]", "where the model's origin is", AT(position)),
-    ROTATION_KEY("about the model's origin", scene_body_spec, take_rotation),
-    OPTION_NUMBER("scale", NULL, "1", "factor of all lengths, exact", AT(scale), CONFIG_ABOVE(0)),
-    OPTION_NUMBER("stiffness", NULL, "1", "factor of Young's modulus, exact", AT(stiffness),
-                  CONFIG_ABOVE(0)),
-    OPTION_NUMBER("density", NULL, "1", "factor of the density, exact", AT(density),
-                  CONFIG_ABOVE(0)),
-    OPTION_COUNT(
-        "rank", "all of the model",
-        "step the lowest so many coordinates and let the others follow, as \"condense\" does",
-        AT(rank), CONFIG_RANGE(1, THRUM_RANK_MAX)),
-    OPTION_COUNT("condense", "none",
-                 "step the lowest so many coordinates and let the others follow", AT(condense),
-                 CONFIG_RANGE(1, THRUM_RANK_MAX)),
+// what a body of the library has
+#define RECORD scene_body_spec
+    THRUM_BODY_FIELDS(KEY)
+#undef RECORD
+
+    // how many coordinates are stepped
     OPTION_NUMBER("error", NULL, "none",
                   "condense to the least number of coordinates whose motion errs by at most so "
                   "much of it in the first 2 s",
@@ -264,20 +262,8 @@ static const config_option body_keys[] = {
                   AT(budget), CONFIG_ABOVE(0)),
     OPTION_OBJECT("detail", detail_keys, "none",
                   "step fewer coordinates while the body is far from the eye or still", AT(detail)),
-    COLOUR_KEY("\"#bfbfbf\"", scene_body_spec),
 
     // how it starts, and what acts on it
-    OPTION_FLAG("free", "the body may move and turn as a whole; of a model that nothing holds",
-                .fallback = "false", AT(free)),
-    OPTION_VECTOR("velocity", "m/s", "[0, 0, 0]", "of a free body at the start", AT(velocity)),
-    OPTION_VECTOR("spin", "degrees/s", "[0, 0, 0]",
-                  "angular velocity of a free body at the start, in world axes", AT(spin)),
-    OPTION_FLAG("coupled",
-                "spin and shape of a free body act on each other, by centrifugal and Coriolis "
-                "forces and the inertia of the deformed shape",
-                .fallback = "where the body begins to turn at a 50th of its lowest frequency or "
-                            "faster",
-                AT(coupled)),
     OPTION_TEXTS("start", "at rest", "as --start of simulate; several add up",
                  .path = CONFIG_PATH_NAMED, .is_name = is_model_name_or_spec, .check = check_start,
                  AT(start)),
@@ -287,13 +273,6 @@ static const config_option body_keys[] = {
                 "what may touch obstacles: \"surface\", \"none\", or a group of vertices, "
                 "vertex=N (from 1), near:X,Y,Z, a predicate or all",
                 AT(touch)),
-    OPTION_NUMBER("touch_stiffness", "N/m^3", "of the material",
-                  "pressure per depth where obstacles say nothing", AT(touch_stiffness),
-                  CONFIG_ABOVE(0)),
-    OPTION_FLAG("collide", "false: the body passes through other bodies", .fallback = "true",
-                AT(collide)),
-    OPTION_FLAG("self_contact", "the surface of the body touches itself too; makes its step slower",
-                .fallback = "false", AT(self_contact)),
 
     // the keys of the scene's own solver, each of which may be replaced
     OPTION_GROUP(solver_options, "in place of what the scene says", AT(settings.def)),
@@ -312,17 +291,9 @@ static const config_option wind_keys[] = {
 };
 #undef AT
 
-#define AT(member) CONFIG_AT(scene_collisions_spec, member)
-static const config_option collision_keys[] = {
-    OPTION_NUMBER("thickness", "m", "1/250 of the smaller body",
-                  "distance that contact keeps between surfaces", AT(thickness), CONFIG_ABOVE(0)),
-    OPTION_NUMBER("friction", NULL, "0.5", "Coulomb's coefficient between bodies", AT(friction),
-                  CONFIG_FROM(0)),
-    OPTION_NUMBER("restitution", NULL, "0.5", "speed away over speed towards, between bodies",
-                  AT(restitution), CONFIG_RANGE(0, 1)),
-    OPTION_END,
-};
-#undef AT
+#define RECORD scene_collisions_spec
+static const config_option collision_keys[] = {THRUM_PAIRS_FIELDS(KEY) OPTION_END};
+#undef RECORD
 
 #define AT(member) CONFIG_AT(scene_obstacle_spec, member)
 const char *const scene_shape_names[] = {"plane",   "sphere",       "box",  "cylinder",
@@ -346,13 +317,12 @@ static const config_option obstacle_keys[] = {
     OPTION_TEXT("name", NULL, NULL, "for those who look", AT(name)),
     OPTION_CHOICE("shape", scene_shape_names, NULL, "what it is", .needed = true, AT(shape)),
 
+// what an obstacle of the library has
+#define RECORD scene_obstacle_spec
+    THRUM_OBSTACLE_FIELDS(KEY)
+#undef RECORD
+
     // its place and size; each shape has its own
-    OPTION_VECTOR("centre", "m", "[0, 0, 0]",
-                  "its middle, of a mesh its origin; a point of a plane", AT(centre)),
-    OPTION_VECTOR("normal", NULL, "[0, 0, 1]", "of a plane, to its free side; of any length",
-                  AT(normal)),
-    OPTION_NUMBER("radius", "m", NULL, "of a sphere, cylinder or capsule", AT(radius),
-                  CONFIG_ABOVE(0)),
     OPTION_NUMBER("height", "m", NULL,
                   "of a cylinder along its z axis; of a capsule between its half spheres",
                   AT(height), CONFIG_FROM(0)),
@@ -368,22 +338,10 @@ static const config_option obstacle_keys[] = {
     OPTION_NUMBER("spacing", "m", NULL, "of a height field: between its heights, along x and y",
                   AT(spacing), CONFIG_ABOVE(0)),
     ROTATION_KEY("about its centre; not of planes and spheres", scene_obstacle_spec, take_rotation),
-    OPTION_FLAG("inside", "of a sphere or box: the inside is free, a bowl or a room",
-                .fallback = "false", AT(inside)),
-
-    // how it moves, and what touching it is like
-    OPTION_VECTOR("velocity", "m/s", "[0, 0, 0]", "with which the obstacle moves", AT(velocity)),
     OPTION_LIST("path", waypoint_keys, scene_waypoint_spec, "none",
                 "places over time, straight from one to the next; not of planes, spheres and rooms",
                 .begin = begin_waypoint, AT(way)),
-    OPTION_NUMBER("friction", NULL, "0.5", "Coulomb's coefficient", AT(friction), CONFIG_FROM(0)),
-    OPTION_NUMBER("restitution", NULL, "0.5", "speed away over speed towards", AT(restitution),
-                  CONFIG_RANGE(0, 1)),
-    OPTION_NUMBER("stiffness", "N/m^3", "the body's touch_stiffness", "pressure per depth",
-                  AT(stiffness), CONFIG_ABOVE(0)),
-    OPTION_NUMBER("damping", "N s/m^3", "0", "pressure per speed of depth", AT(damping),
-                  CONFIG_FROM(0)),
-    COLOUR_KEY("\"#808080\"", scene_obstacle_spec),
+    COLOUR_KEY("\"#808080\"", "for those who look", scene_obstacle_spec),
     OPTION_END,
 };
 #undef AT
@@ -415,19 +373,14 @@ static const config_option link_keys[] = {
         "a group of it, vertex=N (from 1), near:X,Y,Z or a predicate in its own axes, or all; "
         "of several vertices their mean",
         AT(target)),
-    OPTION_VECTOR("place", "m", "where \"at\" is", "where the link is at the start", AT(place)),
     OPTION_TEXT("other", NULL, "the world", "the name of another body", AT(other)),
     OPTION_TEXT("other_at", NULL, "what is near the place", "as \"at\", of the other body",
                 AT(other_target)),
-    OPTION_VECTOR("other_place", "m", "where \"other_at\" is, or \"place\"",
-                  "of a spring: where its other end is at the start", AT(other_place)),
-    OPTION_VECTOR("axis", NULL, "[0, 0, 1]", "of a hinge; of any length", AT(axis)),
 
-    // the law of a spring
-    OPTION_NUMBER("stiffness", "N/m", "0", "of a spring", AT(stiffness), CONFIG_FROM(0)),
-    OPTION_NUMBER("damping", "N s/m", "0", "of a spring", AT(damping), CONFIG_FROM(0)),
-    OPTION_NUMBER("length", "m", "as it is at the start", "of a spring without force", AT(length),
-                  CONFIG_FROM(0)),
+// what a link of the library has
+#define RECORD scene_link_spec
+    THRUM_LINK_FIELDS(KEY)
+#undef RECORD
 
     // where its end in the world goes, and how long it holds
     OPTION_LIST("path", link_waypoint_keys, scene_link_waypoint_spec, "none",
@@ -435,7 +388,6 @@ static const config_option link_keys[] = {
     OPTION_TEXT("file", NULL, NULL,
                 "the same from a .csv: t,x,y,z, as a motion of --base-motion of simulate",
                 .path = CONFIG_PATH_ALWAYS, AT(path)),
-    OPTION_NUMBER("until", "s", "the end", "when it lets go", AT(until), CONFIG_FROM(0)),
     OPTION_END,
 };
 #undef AT

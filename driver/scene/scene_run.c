@@ -89,8 +89,7 @@ static void end_unjudged(void *context) {
   if (status >= 0)
     fputs("\nthrum: stopped; the run was written, and what its bases have wrong is not known\n",
           stderr);
-  const int code =
-      config_end(status, status >= 0 && strcmp(scene_run_status(scene), "done") != 0, &error);
+  const int code = config_end(status, status >= 0 && scene_run_outcome(scene) != RUN_DONE, &error);
   fflush(stdout);
   _exit(code);
 }
@@ -154,7 +153,7 @@ int scene_run_request(const scene_request *request) {
   }
   run->request = request;
   const thrum_status status = run_scene(run, &error);
-  const bool flagged = status >= 0 && strcmp(scene_run_status(run), "done") != 0;
+  const bool flagged = status >= 0 && scene_run_outcome(run) != RUN_DONE;
   const int code = config_end(status, flagged, &error);
   scene_run_close(run);
   free(run);

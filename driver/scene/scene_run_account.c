@@ -6,7 +6,6 @@
 #include <errno.h>
 #include <inttypes.h>
 #include <math.h>
-#include <string.h>
 
 #include "config/message.h"
 #include "driver/record/run_entries.h"
@@ -145,11 +144,11 @@ cJSON *scene_run_collisions_json(const scene_run *run) {
   return object;
 }
 
-const char *scene_run_status(const scene_run *run) {
-  const char *status = driver_run_status(&run->run);
-  if (strcmp(status, "done") != 0)
-    return status;
-  return scene_run_have_crossed(run)    ? "surfaces_crossed"
-         : scene_run_joints_opened(run) ? "joints_open"
-                                        : status;
+run_outcome scene_run_outcome(const scene_run *run) {
+  const run_outcome outcome = driver_run_outcome(&run->run);
+  if (outcome != RUN_DONE)
+    return outcome;
+  return scene_run_have_crossed(run)    ? RUN_SURFACES_CROSSED
+         : scene_run_joints_opened(run) ? RUN_JOINTS_OPEN
+                                        : outcome;
 }

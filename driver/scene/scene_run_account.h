@@ -32,6 +32,6 @@ cJSON *scene_run_collisions_json(const scene_run *run);
 
 /* "done", or what flags the run: that of its bodies, else "surfaces_crossed", else "joints_open".
  */
-const char *scene_run_status(const scene_run *run);
+run_outcome scene_run_outcome(const scene_run *run);
 
 #endif

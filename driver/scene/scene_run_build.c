@@ -212,8 +212,7 @@ static thrum_status name_surface(scene_run *run, int32_t n, thrum_scene_body_def
 
   // contact and wind both need the surface of the mesh
   const bool collides = scene_run_body_meets(run, body) && body->model->basis;
-  def->collides = run->spec.collide && body->spec->collide;
-  def->self_contact = body->spec->self_contact;
+  def->collide = run->spec.collide && body->spec->collide;
   if (!touches)
     def->touch_count = 0;
   if (!touches && !collides && run->spec.wind.at.node == NULL)
@@ -225,7 +224,6 @@ static thrum_status name_surface(scene_run *run, int32_t n, thrum_scene_body_def
   // by default all vertices of the surface may touch
   def->triangles = skinned->corners;
   def->triangle_count = skinned->skin.triangle_count;
-  def->touch_stiffness = body->spec->touch_stiffness;
   if (touches && surface) {
     def->touch = skinned->skin.vertices;
     def->touch_count = skinned->skin.vertex_count;
@@ -253,31 +251,11 @@ static thrum_status open_check(scene_run *run, int32_t n, thrum_error *error) {
   return THRUM_OK;
 }
 
-/* Passes the status of adding a body on. What the library says of a state's def is said of the key
- * that the field was set by. */
+/* Passes the status of adding a body on; what flows is a key of its material. */
 static thrum_status pass_body(const scene_run *run, const scene_body_spec *spec,
                               thrum_status status, const thrum_error *detail) {
-  static const char of_def[] = " of the state's def ";
-  static const char *const keys[][2] = {
-      {"plastic.yield", "yield"},   {"explicit_count", "split"}, {"split_safety", "safety"},
-      {"damping_alpha", "damping"}, {"damping_beta", "damping"}, {"newmark_beta", "newmark"},
-      {"newmark_gamma", "newmark"}, {"tolerance", "tolerance"},  {"iterations_max", "iterations"},
-  };
-  const config_file *file = &run->spec.file;
-  const char *words = strstr(detail->message, of_def);
-  for (size_t n = 0; n < sizeof keys / sizeof keys[0] && status < 0 && words != NULL; n++) {
-    if (strncmp(detail->message, keys[n][0], strlen(keys[n][0])) != 0)
-      continue;
-
-    // a body that cannot flow has a reason behind the number
-    const char *reason = strstr(words, ", and ");
-    const bool flows = n == 0;
-    return config_record_refuse(
-        file, flows ? &spec->material.at : &spec->settings.at, keys[n][1], status, "%s",
-        reason != NULL ? reason + strlen(", and ") : words + strlen(of_def));
-  }
-  const bool condensed = spec->condense > 0 && strncmp(detail->message, "condensed to", 12) == 0;
-  return scene_run_pass(run, &spec->settings.at, condensed ? "condense" : NULL, status, detail);
+  const bool flows = detail->field != NULL && strncmp(detail->field, "plastic.", 8) == 0;
+  return scene_run_pass(run, flows ? &spec->material.at : &spec->settings.at, NULL, status, detail);
 }
 
 static thrum_status add_body(scene_run *run, int32_t n, thrum_error *error) {
@@ -292,20 +270,14 @@ static thrum_status add_body(scene_run *run, int32_t n, thrum_error *error) {
   *def = thrum_default_scene_body_def();
   def->name = spec->name;
   def->model = body->model;
-  def->scale = spec->scale;
-  def->stiffness = spec->stiffness;
+  THRUM_BODY_FIELDS(SCENE_COPY)
+  def->rank = 0;
   def->condense = body->request.condense;
-  def->density = spec->density;
   def->state = body->request.def;
   def->q = body->start;
   def->p = body->start + rank;
-  def->free = spec->free;
-  memcpy(def->velocity, spec->velocity, sizeof def->velocity);
   for (int axis = 0; axis < 3; axis++)
     def->spin[axis] = SCENE_DEGREE * spec->spin[axis];
-  memcpy(def->position, spec->position, sizeof def->position);
-  memcpy(def->rotation, spec->rotation, sizeof def->rotation);
-  memcpy(def->colour, spec->colour, sizeof def->colour);
 
   // spin and shape act on each other where that is asked for or matters
   def->coupled = scene_run_couples(run, body);

@@ -91,33 +91,27 @@ static thrum_status check_whole(const scene_run *run, const scene_link_spec *spe
 
 static thrum_status add_link(const scene_run *run, const scene_link_spec *spec, link_parts *parts,
                              thrum_error *error) {
-  thrum_scene_link_def def = thrum_default_scene_link_def();
+  thrum_scene_link_def made = thrum_default_scene_link_def(), *def = &made;
 
   // what it ties
-  THRUM_TRY(find_side(run, spec, "at", spec->body, spec->target, &def.body, &parts->vertices[0],
-                      &def.count));
-  THRUM_TRY(check_whole(run, spec, def.body));
+  THRUM_TRY(find_side(run, spec, "at", spec->body, spec->target, &def->body, &parts->vertices[0],
+                      &def->count));
+  THRUM_TRY(check_whole(run, spec, def->body));
   if (spec->other != NULL) {
-    THRUM_TRY(find_side(run, spec, "other_at", spec->other, spec->other_target, &def.other,
-                        &parts->vertices[1], &def.other_count));
-    THRUM_TRY(check_whole(run, spec, def.other));
+    THRUM_TRY(find_side(run, spec, "other_at", spec->other, spec->other_target, &def->other,
+                        &parts->vertices[1], &def->other_count));
+    THRUM_TRY(check_whole(run, spec, def->other));
   }
 
-  def.vertices = parts->vertices[0];
-  def.other_vertices = parts->vertices[1];
+  def->vertices = parts->vertices[0];
+  def->other_vertices = parts->vertices[1];
 
   // how, where and for how long
-  def.kind = (thrum_link_kind)spec->kind;
-  def.stiffness = spec->stiffness;
-  def.damping = spec->damping;
-  def.length = isnan(spec->length) ? -1 : spec->length;
-  def.until = spec->until;
-  memcpy(def.place, spec->place, sizeof def.place);
-  memcpy(def.other_place, spec->other_place, sizeof def.other_place);
-  memcpy(def.axis, spec->axis, sizeof def.axis);
-  THRUM_TRY(read_path(run, spec, parts, &def, error));
+  def->kind = (thrum_link_kind)spec->kind;
+  THRUM_LINK_FIELDS(SCENE_COPY)
+  THRUM_TRY(read_path(run, spec, parts, def, error));
   thrum_error detail = {0};
-  const thrum_status status = thrum_scene_add_link(run->scene, &def, NULL, &detail);
+  const thrum_status status = thrum_scene_add_link(run->scene, def, NULL, &detail);
   return scene_run_pass(run, &spec->at, NULL, status, &detail);
 }
 

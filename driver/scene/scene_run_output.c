@@ -5,7 +5,6 @@
 #include <errno.h>
 #include <inttypes.h>
 #include <stdlib.h>
-#include <string.h>
 
 #include "driver/record/run_placement.h"
 #include "driver/run/simulate_report.h"
@@ -60,17 +59,9 @@ static bool place_vertices(const scene_run *run, int32_t n) {
 static thrum_status refuse_outputs(const scene_run *run, const scene_body_run *body,
                                    thrum_status status, const thrum_error *detail,
                                    thrum_error *error) {
-  static const char *const keys[] = {"stress", "frames"};
-  for (size_t n = 0; n < sizeof keys / sizeof keys[0]; n++) {
-    const size_t length = strlen(keys[n]);
-    const char *message = detail->message;
-    if (strncmp(message, "--", 2) != 0 || strncmp(message + 2, keys[n], length) != 0)
-      continue;
-    message += 2 + length;
-    return config_record_refuse(&run->spec.file, &run->spec.outputs.at, keys[n], status,
-                                "body '%.64s': %s", body->spec->name,
-                                message + strspn(message, ": "));
-  }
+  if (detail->field != NULL)
+    return config_record_refuse(&run->spec.file, &run->spec.outputs.at, detail->field + 2, status,
+                                "body '%.64s': %s", body->spec->name, thrum_error_reason(detail));
   return thrum_error_set(error, status, "%s", detail->message);
 }
 

@@ -75,7 +75,7 @@ static cJSON *body_json(const scene_run *run, int32_t n) {
 
   // which body, and what steps it
   cJSON_AddStringToObject(object, "name", body->spec->name);
-  cJSON_AddStringToObject(object, "status", simulate_status_name(figures));
+  cJSON_AddStringToObject(object, "status", run_outcome_word(simulate_outcome(figures)));
   json_string(object, "model", body->spec->model);
   cJSON_AddStringToObject(object, "integrator",
                           thrum_integrator_name(body->request.def.integrator));
@@ -168,7 +168,7 @@ static cJSON *probes_json(const scene_run *run) {
 
 cJSON *scene_run_json(const scene_run *run) {
   const scene_spec *spec = &run->spec;
-  cJSON *object = simulate_report_begin(scene_run_status(run), &run->run.stop);
+  cJSON *object = simulate_report_begin(run_outcome_word(scene_run_outcome(run)), &run->run.stop);
 
   // the files
   json_string(object, "scene", run->request->path);
@@ -295,7 +295,7 @@ void scene_run_table(const scene_run *run) {
     name_stepped(body, figures, stepped, sizeof stepped);
     printf("%-12s %-8s %8s %12.6g %12.6g %12.6g %s\n", body->spec->name,
            thrum_integrator_name(body->request.def.integrator), stepped, figures->first.total,
-           figures->last.total, figures->peak, simulate_status_name(figures));
+           figures->last.total, figures->peak, run_outcome_word(simulate_outcome(figures)));
   }
 
   print_details(run);
@@ -327,7 +327,7 @@ void scene_run_table(const scene_run *run) {
   scene_run_print_links(run);
 
   // the end names the files, of which some are there only where the scene asks for them
-  printf("status       %s\n", scene_run_status(run));
+  printf("status       %s\n", run_outcome_word(scene_run_outcome(run)));
   printf("files        %s/" SCENE_JSON "%s%s%s%s, and a run in each of its folders\n",
          run->request->output, thrum_scene_probe_count(run->scene) > 0 ? ", " SCENE_PROBES : "",
          scene_run_has_account(run) ? ", " SCENE_ACCOUNT : "",

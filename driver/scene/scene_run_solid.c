@@ -160,7 +160,7 @@ static thrum_status read_path(const scene_run *run, const scene_obstacle_spec *s
 }
 
 /* The def of an obstacle, but for what it points to. */
-static thrum_scene_solid_def def_of(const scene_obstacle_spec *spec) {
+static void fill_def(const scene_obstacle_spec *spec, thrum_scene_solid_def *def) {
   static const thrum_solid_shape shapes[] = {
       [SCENE_BOX] = THRUM_SOLID_BOX,         [SCENE_CYLINDER] = THRUM_SOLID_CYLINDER,
       [SCENE_CAPSULE] = THRUM_SOLID_CAPSULE, [SCENE_HEIGHT_FIELD] = THRUM_SOLID_HEIGHT_FIELD,
@@ -168,30 +168,32 @@ static thrum_scene_solid_def def_of(const scene_obstacle_spec *spec) {
   };
 
   // each shape reads its own sizes and leaves the others alone
-  thrum_scene_solid_def def = thrum_default_scene_solid_def();
-  def.shape = shapes[spec->shape];
-  def.radius = spec->radius;
-  def.height = spec->height;
-  def.spacing[0] = def.spacing[1] = spec->spacing;
-  def.friction = spec->friction;
-  def.restitution = spec->restitution;
+  *def = thrum_default_scene_solid_def();
+  def->shape = shapes[spec->shape];
+  def->radius = spec->radius;
+  if (spec->shape == SCENE_CYLINDER || spec->shape == SCENE_CAPSULE)
+    def->height = spec->height;
+  if (spec->shape == SCENE_HEIGHT_FIELD)
+    def->spacing[0] = def->spacing[1] = spec->spacing;
+  THRUM_TOUCH_FIELDS(SCENE_COPY)
 
   // the def has half the sizes
   for (int axis = 0; axis < 3; axis++) {
-    def.half[axis] = 0.5 * spec->size[axis];
-    def.position[axis] = spec->centre[axis];
-    def.velocity[axis] = spec->velocity[axis];
+    if (spec->shape == SCENE_BOX)
+      def->half[axis] = 0.5 * spec->size[axis];
+    def->position[axis] = spec->centre[axis];
+    def->velocity[axis] = spec->velocity[axis];
   }
-  memcpy(def.rotation, spec->rotation, sizeof def.rotation);
-  return def;
+  memcpy(def->rotation, spec->rotation, sizeof def->rotation);
 }
 
 thrum_status scene_run_add_solid(const scene_run *run, const scene_obstacle_spec *spec,
                                  thrum_scene *scene) {
-  thrum_scene_solid_def def = def_of(spec);
+  thrum_scene_solid_def def;
   solid_parts parts = {0};
   thrum_error detail = {0};
   thrum_status status = THRUM_OK;
+  fill_def(spec, &def);
   if (spec->shape == SCENE_HEIGHT_FIELD)
     status = read_heights(run, spec, &parts, &def, run->spec.file.error);
   if (spec->shape == SCENE_MESH)

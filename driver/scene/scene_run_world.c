@@ -4,6 +4,7 @@
 
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "driver/scene/scene_run_refuse.h"
 #include "driver/scene/scene_run_solid.h"
@@ -46,28 +47,15 @@ thrum_status scene_run_base_motions(scene_run *run, thrum_error *error) {
   return THRUM_OK;
 }
 
-static void place_obstacle(const scene_obstacle_spec *spec, thrum_obstacle *obstacle) {
-  *obstacle = thrum_default_obstacle();
+static void place_obstacle(const scene_obstacle_spec *spec, thrum_obstacle *def) {
+  *def = thrum_default_obstacle();
+  def->shape = (thrum_obstacle_shape)spec->shape;
+  THRUM_OBSTACLE_FIELDS(SCENE_COPY)
 
-  // shape and contact law as in the file
-  obstacle->shape = (thrum_obstacle_shape)spec->shape;
-  obstacle->inside = spec->inside;
-  obstacle->radius = spec->radius;
-  obstacle->stiffness = spec->stiffness;
-  obstacle->damping = spec->damping;
-  obstacle->restitution = spec->restitution;
-  obstacle->friction = spec->friction;
-
-  // boxes are given by their sides, the engine takes half of each
-  for (int row = 0; row < 3; row++) {
-    obstacle->centre[row] = spec->centre[row];
-    obstacle->normal[row] = spec->normal[row];
-    obstacle->velocity[row] = spec->velocity[row];
-    obstacle->half[row] = 0.5 * spec->size[row];
-  }
-
-  // the rotation as a matrix
-  thrum_scene_axes(spec->rotation, obstacle->rotation, NULL);
+  // boxes are given by their sides, the engine takes half of each; and the rotation as a matrix
+  for (int axis = 0; axis < 3 && spec->shape == SCENE_BOX; axis++)
+    def->half[axis] = 0.5 * spec->size[axis];
+  thrum_scene_axes(spec->rotation, def->rotation, NULL);
 }
 
 thrum_status scene_run_obstacles(const scene_run *run, thrum_scene *scene) {

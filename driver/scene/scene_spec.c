@@ -410,7 +410,7 @@ static void begin_scene(scene_spec *spec) {
                   .monitor = true,
                   .basis = {.accepted = BASIS_ACCEPTED},
                   .plots = true},
-      .collisions = {.friction = 0.5, .restitution = 0.5},
+      .collisions = {THRUM_PAIRS_FIELDS(SCENE_VALUE)},
   };
 }
 

@@ -9,9 +9,22 @@
 #include "driver/spec/basis_asked.h"
 #include "driver/spec/load_spec.h"
 #include "driver/spec/start_spec.h"
+#include "thrum/fields.h"
 #include "thrum/thrum.h"
 
 #define SCENE_DEGREE 0.017453292519943295 /* [rad] */
+
+/* The rows of thrum/fields.h that are keys of scene files: members of a spec, their defaults, and
+ * what copies them from `spec` to `def`. */
+#define SCENE_MEMBER(where, ...) SCENE_MEMBER_##where(where, __VA_ARGS__)
+#define SCENE_MEMBER_BOTH(...) THRUM_MEMBER(__VA_ARGS__)
+#define SCENE_MEMBER_CODE(...)
+#define SCENE_VALUE(where, ...) SCENE_VALUE_##where(where, __VA_ARGS__)
+#define SCENE_VALUE_BOTH(...) THRUM_VALUE(__VA_ARGS__)
+#define SCENE_VALUE_CODE(...)
+#define SCENE_COPY(where, kind, name, ...) SCENE_COPY_##where(name)
+#define SCENE_COPY_BOTH(name) memcpy(&def->name, &spec->name, sizeof def->name);
+#define SCENE_COPY_CODE(name)
 
 /* Settings that a scene and each of its bodies have; those of the scene are the bodies' defaults.
  */
@@ -45,30 +58,18 @@ typedef struct scene_body_spec {
   const char
       *surface; /* shown in place of the mesh's own (driver/export/render_mesh.h); NULL: that */
   scene_material_spec material;
-  double position[3], rotation[4];
-  double scale, stiffness, density;
-  int64_t rank;     /* 0: all */
-  int64_t condense; /* coordinates stepped while the others follow; 0: none follow */
-  double error;     /* that finds `condense`; 0: none asked for */
-  double budget;    /* of a step, that finds `condense` [s]; 0: none asked for */
+  THRUM_BODY_FIELDS(SCENE_MEMBER)
+  double error;  /* that finds `condense`; 0: none asked for */
+  double budget; /* of a step, that finds `condense` [s]; 0: none asked for */
   scene_detail_spec detail;
-  float colour[3];
-  bool free;
-  double velocity[3]; /* of a free body at the start [m/s] */
-  double spin[3];     /* its angular velocity [degrees/s] */
-  bool coupled;       /* spin and shape act on each other */
   config_texts start, loads;
-  const char *touch;      /* "surface", "none", or a group */
-  double touch_stiffness; /* [N/m^3]; 0: chosen */
-  bool collide;           /* it touches other bodies, where the scene's bodies do */
-  bool self_contact;      /* it touches itself */
+  const char *touch; /* "surface", "none", or a group */
 } scene_body_spec;
 
 /* How bodies touch each other. */
 typedef struct scene_collisions_spec {
   config_record at;
-  double thickness; /* [m]; 0: of their size */
-  double friction, restitution;
+  THRUM_PAIRS_FIELDS(SCENE_MEMBER)
 } scene_collisions_spec;
 
 typedef struct scene_wind_spec {
@@ -106,15 +107,13 @@ typedef struct scene_obstacle_spec {
   config_record at;
   const char *name;
   scene_shape shape;
-  double centre[3], normal[3], size[3], rotation[4], velocity[3];
-  double radius, height;
+  THRUM_OBSTACLE_FIELDS(SCENE_MEMBER)
+  double size[3], rotation[4], height;
   const char *path;         /* of a mesh's file */
   double scale;             /* of the lengths in it */
   const json_node *heights; /* rows of numbers */
   double spacing;
   config_list way; /* scene_waypoint_spec */
-  bool inside;
-  double friction, restitution, stiffness, damping;
   float colour[3];
 } scene_obstacle_spec;
 
@@ -131,12 +130,9 @@ typedef struct scene_link_spec {
   int kind; /* thrum_link_kind */
   const char *body, *target;
   const char *other, *other_target; /* NULL: the world */
-  double place[3], other_place[3];  /* NaN: not said [m] */
-  double axis[3];
-  double stiffness, damping, length; /* length NaN: as it is */
-  config_list way;                   /* scene_link_waypoint_spec */
-  const char *path;                  /* of a file with the same */
-  double until;                      /* [s] */
+  THRUM_LINK_FIELDS(SCENE_MEMBER)
+  config_list way;  /* scene_link_waypoint_spec */
+  const char *path; /* of a file with the same */
 } scene_link_spec;
 
 /* The names of the kinds, in the order of thrum_link_kind; ends with NULL. */

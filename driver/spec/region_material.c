@@ -103,8 +103,8 @@ static thrum_status unknown_region(const thrum_mesh *mesh, const region_material
   char list[200] = "";
   size_t length = 0;
   if (are_numbered(mesh) && mesh->region_count > 1)
-    return thrum_error_set(
-        error, THRUM_MISSING, "--material: '%s' is no region; regions are 1 to %lld",
+    return thrum_error_set_field(
+        error, "--material", THRUM_MISSING, ": '%s' is no region; regions are 1 to %lld",
         thrum_text_excerpt((thrum_word){material->region, material->length}).text,
         (long long)mesh->region_count);
   for (int64_t i = 0; i < mesh->region_count; i++) {
@@ -116,9 +116,10 @@ static thrum_status unknown_region(const thrum_mesh *mesh, const region_material
     length +=
         (size_t)snprintf(list + length, sizeof list - length, "%s%s", i > 0 ? ", " : "", name.text);
   }
-  return thrum_error_set(error, THRUM_MISSING, "--material: '%s' is no region; %s %s",
-                         thrum_text_excerpt((thrum_word){material->region, material->length}).text,
-                         mesh->region_count == 1 ? "the only region is" : "the regions are", list);
+  return thrum_error_set_field(
+      error, "--material", THRUM_MISSING, ": '%s' is no region; %s %s",
+      thrum_text_excerpt((thrum_word){material->region, material->length}).text,
+      mesh->region_count == 1 ? "the only region is" : "the regions are", list);
 }
 
 /* A region as the texts so far have it. */
@@ -140,8 +141,8 @@ static thrum_status apply(const char *text, thrum_mesh *mesh, region_given *give
 
     // two materials for one region contradict each other
     if (given[i].named)
-      return thrum_error_set(error, THRUM_BAD_VALUE, "--material: region '%.100s' comes twice",
-                             name.text);
+      return thrum_error_set_field(error, "--material", THRUM_BAD_VALUE,
+                                   ": region '%.100s' comes twice", name.text);
     given[i].named = true;
     given[i].moduli = material.values.young > 0;
     if (given[i].moduli)

@@ -16,7 +16,7 @@
 
 static const char *const instabilities[] = {"none", "bifurcation", "limit point"};
 
-const char *static_status_name(const static_answer *answer) {
+const char *static_flag(const static_answer *answer) {
   const thrum_equilibrium_report *report = &answer->report;
   if (answer->forces.inverted > 0)
     return "inverted";
@@ -32,7 +32,12 @@ const char *static_status_name(const static_answer *answer) {
     return "lost";
   const bool wrong = answer->belief.judged &&
                      basis_estimate_is_large(&answer->belief.error, &answer->request->basis);
-  return wrong ? "basis_wrong" : "done";
+  return wrong ? "basis_wrong" : NULL;
+}
+
+static const char *static_status(const static_answer *answer) {
+  const char *flag = static_flag(answer);
+  return flag != NULL ? flag : "done";
 }
 
 thrum_status static_stress_look(const thrum_model *model, const double *u, node_stress *stress,
@@ -98,7 +103,7 @@ static void add_files(cJSON *object, const static_request *request) {
 static cJSON *make_report(const static_answer *answer) {
   const static_request *request = answer->request;
   const thrum_equilibrium_report *report = &answer->report;
-  cJSON *object = json_report("static", static_status_name(answer));
+  cJSON *object = json_report("static", static_status(answer));
 
   // what was asked
   json_string(object, "model", request->model_path);

@@ -42,9 +42,9 @@ typedef struct static_answer {
   double lower_energy; /* of a shape of body and load that has less [J]; NaN: none was found */
 } static_answer;
 
-/* "done", or what flags it: "inverted", "higher", "unstable", "snapped", "buckled", "lost",
- * "basis_wrong". */
-const char *static_status_name(const static_answer *answer);
+/* What flags the answer: "inverted", "higher", "unstable", "snapped", "buckled", "lost" or
+ * "basis_wrong"; NULL: nothing does. */
+const char *static_flag(const static_answer *answer);
 
 /* Looks at the stress at displacements u (3 vertex_count) of a model of the law that they are of,
  * which may go afterwards; passed over where the material flows or the model has no mesh. */

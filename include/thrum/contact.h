@@ -29,6 +29,7 @@
 #define THRUM_CONTACT_H
 
 #include "thrum/api.h"
+#include "thrum/fields.h"
 #include "thrum/inertia.h"
 #include "thrum/rigid_frame.h"
 #include "thrum/state.h"
@@ -60,50 +61,13 @@ typedef struct thrum_obstacle {
   /* Set by thrum_default_obstacle; THRUM_UNINITIALISED_DEF without it. */
   uint32_t cookie;
 
-  /* Which of the shapes below; default plane. */
-  thrum_obstacle_shape shape;
-
-  /* Sphere and box: 1: the inside is free, as in a bowl or a room; 0: the outside is. Default 0. */
-  int32_t inside;
-
-  /* Centre of the sphere or box, or a point of the plane [m]; within 1e30, default 0. */
-  double centre[3];
-
-  /* Plane: direction to its free side, of any length > 0; default z. */
-  double normal[3];
-
-  /* Sphere: radius [m]; > 0, up to 1e30, default 1. Larger: a larger and flatter sphere. */
-  double radius;
-
-  /* Box: half the length of its sides [m]; each > 0, up to 1e30, default 1. Larger: a larger box.
-   */
-  double half[3];
-
-  /* Box: its axes in the world as columns, 3 x 3 row-major; a rotation to 1e-6, default the
-   * identity. */
-  double rotation[9];
-
-  /* Velocity during the step [m/s]; within 1e30, default 0. Larger: it drags and pushes the body
-   * faster; the caller moves the centre. */
-  double velocity[3];
-
-  /* Pressure per depth [N/m^3]; 0 to 1e30, default 0: that of the contact. Larger: the body sinks
-   * in less. A free body strikes an obstacle with a stiffness or a damping by that spring alone,
-   * also where it is near-rigid (docs/contact.md). */
-  double stiffness;
-
-  /* Pressure per speed of approach [N s/m^3]; 0 to 1e30, default 0. Larger: an impact loses more
-   * energy. */
-  double damping;
-
-  /* Speed of leaving over speed of approach [1]; in [0, 1], default 0.5: of a near-rigid free body
-   * as a whole, of the points of one that is softer or held. Larger: it bounces higher; 1: an
-   * impact loses no energy to it. */
-  double restitution;
-
-  /* Coulomb's friction coefficient [1]; 0 to 1e30, default 0.5. Larger: the body slides less; 0: it
-   * slides freely. */
-  double friction;
+  /* The rows of thrum/fields.h, which have their units, ranges and defaults. Lengths and velocities
+   * are within 1e30, laws up to 1e30. The caller moves the centre with the velocity. A stiffness of
+   * 0 is that of the contact. A free body strikes an obstacle with a stiffness or a damping by that
+   * spring alone, also where it is near-rigid (docs/contact.md). Restitution is that of a
+   * near-rigid free body as a whole, and of the points of one that is softer or held; 1: an impact
+   * loses no energy to it. */
+  THRUM_OBSTACLE_FIELDS(THRUM_MEMBER)
 } thrum_obstacle;
 
 /* An obstacle with every default set: the plane z = 0. Any thread. */

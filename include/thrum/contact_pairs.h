@@ -86,34 +86,12 @@ typedef struct thrum_contact_pairs_def {
   /* Largest rank of a member, 1 to THRUM_RANK_MAX; no default. Larger: more memory. */
   int64_t rank_max;
 
-  /* Largest number of points that touch at once; 1 to 2^24, default 4096. Larger: more memory, and
-   * fewer touches are dropped. */
-  int64_t touch_max;
-
   /* Largest number of links of a step; 0 to 1024, default 0. Larger: more memory, with the square.
    */
   int64_t link_max;
 
-  /* Distance that contact keeps between surfaces [m]: they are pushed apart where they are nearer.
-   * 0 to 1e30, default 0: 1/250 of the smaller diagonal of the two bodies at rest. Larger: bodies
-   * rest further apart. */
-  double thickness;
-
-  /* Coulomb's friction coefficient [1]; 0 to 1e30, default 0.5. Larger: bodies slide less. */
-  double friction;
-
-  /* Speed of leaving over speed of approach, of the points [1]; in [0, 1], default 0.5. Larger:
-   * bodies bounce more. */
-  double restitution;
-
-  /* Largest number of sweeps of the solver over the rows of one group, six times as many where a
-   * step has to be made again or surfaces are deep; >= 1, default 60. Larger: more exact forces in
-   * stacks, and slower steps there. */
-  int32_t sweeps_max;
-
-  /* Change of the displacement at which the solver ends, relative to the displacement of a step; in
-   * (0, 1e-2], default 1e-4. Larger: fewer sweeps and less exact forces. */
-  double tolerance;
+  /* The rows of thrum/fields.h, which have their units, ranges and defaults. */
+  THRUM_PAIRS_FIELDS(THRUM_MEMBER)
 } thrum_contact_pairs_def;
 
 /* A def with every default set. Any thread. */

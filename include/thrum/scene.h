@@ -31,6 +31,7 @@
 #define THRUM_SCENE_H
 
 #include "thrum/api.h"
+#include "thrum/fields.h"
 #include "thrum/thrum.h"
 
 #ifdef __cplusplus
@@ -61,38 +62,6 @@ typedef struct thrum_scene_body_def {
   /* Model that the body steps; it has no default. */
   const thrum_model *model;
 
-  /* Position of the model's origin in the world [m]; finite, default 0. */
-  double position[3];
-
-  /* Rotation, a quaternion w, x, y, z of any length > 0; default 1, 0, 0, 0. */
-  double rotation[4];
-
-  /* Factor of all lengths [1]; finite and > 0, default 1. Larger: a larger body, which vibrates
-   * more slowly. */
-  double scale;
-
-  /* Factor of Young's modulus [1]; finite and > 0, default 1. Larger: a stiffer body, which
-   * vibrates faster. */
-  double stiffness;
-
-  /* Factor of the density [1]; finite and > 0, default 1. Larger: a heavier body, which vibrates
-   * more slowly. */
-  double density;
-
-  /* Number of coordinates that are stepped; 0 to the model's rank, default 0: all. Fewer are as
-   * many of `condense`: the others follow, for a body without them would be too stiff. Larger: more
-   * accurate and slower, with about the fourth power. THRUM_UNSUPPORTED for fewer of a model with
-   * cubature points. */
-  int64_t rank;
-
-  /* Number of coordinates that are stepped while all others follow at rest
-   * (thrum/condensed_model.h); not with `rank`. Default 0: none follows, or, of a model that was
-   * precomputed condensed, all of its masters are stepped. Larger: more vibration, and slower. */
-  int64_t condense;
-
-  /* Red, green, blue [1]; in [0, 1], default 0.75. The scene keeps it and never uses it. */
-  float colour[3];
-
   /* Integrator, damping and solver; default thrum_default_state_def. The scene's dt replaces its
    * dt, and the scene lends scratch to all states whatever borrows_scratch says. */
   thrum_state_def state;
@@ -101,59 +70,16 @@ typedef struct thrum_scene_body_def {
    * NULL: zero. */
   const double *q, *p;
 
-  /* Basis vector that is added to q at the start, from 1 to the rank that is stepped; default 0:
-   * none. Larger: a shape that vibrates faster. */
-  int64_t start_mode;
-
-  /* Displacement by it of the vertex that moves furthest [m]; finite, default 0. Larger: a larger
-   * start; negative: in the other direction. */
-  double start_amplitude;
-
-  /* 1: the body moves and rotates as a whole, which needs a model with `rigid` (THRUM_MISSING); 0:
-   * it is held. Default 0. */
-  int32_t free;
-
-  /* Velocity of a free body at the start [m/s]; finite, default 0. Larger: it starts faster, in the
-   * direction of the vector. */
-  double velocity[3];
-
-  /* Angular velocity of a free body at the start, in the world [rad/s]; finite, default 0. Larger:
-   * it turns faster, about the direction of the vector. */
-  double spin[3];
-
-  /* 1: the rotation and the shape of a free body act on each other, by centrifugal, Coriolis and
-   * Euler forces and the inertia of the deformed shape (thrum/floating_frame.h); 0: it turns as the
-   * body at rest would. With the integrator energy and rest damping, all of whose coordinates are
-   * stepped: THRUM_UNSUPPORTED otherwise. Default 0. */
-  int32_t coupled;
-
-  /* triangle_count x 3: 0-based vertices of the outer triangles, counter-clockwise from outside.
-   * Wind acts on them, and they give the touching vertices their areas. Default NULL: none. */
-  const int32_t *triangles;
-
-  /* Number of triangles; >= 0, default 0. Larger: a slower step in wind. */
-  int64_t triangle_count;
-
-  /* touch_count: 0-based vertices that may touch obstacles; held ones are left out. Default NULL:
-   * none. */
-  const int32_t *touch;
-
-  /* Number of `touch`; >= 0, default 0. Larger: a finer contact surface and a slower step. */
-  int64_t touch_count;
-
-  /* Pressure per depth [N/m^3]; 0 to 1e30. Larger: the body sinks in less. Default 0: see
-   * thrum_contact_def. */
-  double touch_stiffness;
-
-  /* 1: the body touches other bodies with its triangles, where thrum_scene_set_collisions has
-   * bodies touch; 0: it passes through them. Default 1. */
-  int32_t collides;
-
-  /* 1: the surface of the body touches itself too (docs/contact.md), as thick, rough and elastic as
-   * thrum_scene_set_collisions says, or by its defaults. It needs triangles and a model with a
-   * material, and all of its coordinates: THRUM_MISSING, THRUM_UNSUPPORTED with `condense`. Its
-   * step is slower by a search of its surface. Default 0. */
-  int32_t self_contact;
+  /* The rows of thrum/fields.h, which have their units, ranges and defaults. `rank`, `condense` and
+   * `start_mode` are at most the model's rank; not both of the first two are set, and
+   * THRUM_UNSUPPORTED for a lower rank of a model with cubature points. `free` needs a model with
+   * `rigid` (THRUM_MISSING). `coupled` is for the integrator energy and rest damping, all of whose
+   * coordinates are stepped (thrum/floating_frame.h): THRUM_UNSUPPORTED otherwise. Bodies touch
+   * others (`collide`) where thrum_scene_set_collisions says so. `self_contact` (docs/contact.md)
+   * needs triangles and a model with a material, and all of its coordinates: THRUM_MISSING,
+   * THRUM_UNSUPPORTED with `condense`; its touches are as thick, rough and elastic as
+   * thrum_scene_set_collisions says, or by its defaults. */
+  THRUM_BODY_FIELDS(THRUM_MEMBER)
 } thrum_scene_body_def;
 
 /* A def with every default set; the model is NULL. Any thread. */
@@ -301,58 +227,10 @@ typedef struct thrum_scene_solid_def {
   /* Set by thrum_default_scene_solid_def; THRUM_UNINITIALISED_DEF without it. */
   uint32_t cookie;
 
-  /* Which of the shapes above; default a box. */
-  thrum_solid_shape shape;
-
-  /* Box: half the length of its sides [m]; each finite and > 0, default 0.5. Larger: a larger box.
-   */
-  double half[3];
-
-  /* Cylinder and capsule: radius [m]; finite and > 0, default 0.5. Larger: thicker. */
-  double radius;
-
-  /* Cylinder: length [m]; > 0. Capsule: length between the centres of its half spheres, >= 0.
-   * Default 1. Larger: longer. */
-  double height;
-
-  /* Cylinder and capsule: flat faces around the axis; 3 to 1024, default 48. Larger: rounder (the
-   * faces are within radius (1 - cos(pi / segments)) of the round), and more to search. */
-  int32_t segments;
-
-  /* Mesh: vertex_count x 3 [m] and triangle_count x 3 0-based vertices, counter-clockwise from
-   * outside; no default. Larger counts: a finer surface, and more to search. */
-  const double *vertices;
-  int64_t vertex_count;
-  const int32_t *triangles;
-  int64_t triangle_count;
-
-  /* Height field: heights (rows x columns, each row along x) [m] over a grid whose cells are
-   * spacing[0] x spacing[1] [m], its middle at the origin; rows and columns 2 to 2^15. No default.
-   * Larger: a larger field. */
-  const double *heights;
-  int64_t rows, columns;
-  double spacing[2];
-
-  /* Position [m] and rotation, a quaternion w, x, y, z of any length > 0, at time 0; default 0 and
-   * 1, 0, 0, 0. No position, velocity or vertex may be beyond 1e30. */
-  double position[3];
-  double rotation[4];
-
-  /* Velocity where there is no path [m/s]; finite, default 0. Larger: it pushes bodies faster. */
-  double velocity[3];
-
-  /* Path: path_count times [s], ascending, and as many rows of seven: position [m], rotation w, x,
-   * y, z, in place of the three fields above. Between two times it goes straight, and turns about
-   * one axis at one rate; before the first and after the last it rests. Default NULL: none. */
-  const double *path_times, *path_places;
-  int64_t path_count;
-
-  /* Coulomb's friction coefficient [1]; 0 to 1e30, default 0.5. Larger: bodies slide less. */
-  double friction;
-
-  /* Speed of leaving over speed of approach, of the points [1]; in [0, 1], default 0.5. Larger:
-   * bodies bounce more. */
-  double restitution;
+  /* The rows of thrum/fields.h, which have their units, ranges and defaults. Faces of cylinders are
+   * within radius (1 - cos(pi / segments)) of the round. A path rests before its first time and
+   * after its last. No position, velocity or vertex may be beyond 1e30. */
+  THRUM_SOLID_FIELDS(THRUM_MEMBER)
 } thrum_scene_solid_def;
 
 /* A def with every default set. Any thread. */
@@ -383,7 +261,7 @@ THRUM_API thrum_status thrum_scene_solid_get(const thrum_scene *scene, int32_t n
                                              thrum_scene_solid *solid, thrum_error *error);
 
 /* Makes all bodies with triangles touch each other from now on (thrum/contact_pairs.h): those that
- * are there, whose def has `collides`, and those that are added. Counts of the def, such as its
+ * are there, whose def has `collide`, and those that are added. Counts of the def, such as its
  * member_max, are found by the scene; touch_max is for all bodies together. NULL: bodies pass
  * through each other, as before the first call. A later change, and a body that needs more room,
  * forget what touches now. Condensed bodies do not touch others. A body with
@@ -457,52 +335,15 @@ typedef struct thrum_scene_link_def {
   /* Set by thrum_default_scene_link_def; THRUM_UNINITIALISED_DEF without it. */
   uint32_t cookie;
 
-  /* The kind of the link; default a ball joint. */
-  thrum_link_kind kind;
+  /* Numbers of the body and of the other one; default 0 and -1: the world. */
+  int32_t body, other;
 
-  /* Number of the body, and count 0-based vertices of it whose mean is the place; vertices NULL: of
-   * all. Default 0 and NULL. */
-  int32_t body;
-  const int32_t *vertices;
-  int64_t count;
-
-  /* The place in the world now [m]; within 1e6 times the size of the body. Vertices are then
-   * weighed so that it is theirs, those near it where no list says which. Default NaN: the mean of
-   * the vertices. */
-  double place[3];
-
-  /* Number of the other body, and its vertices as above; NULL: those near the place. Default -1:
-   * the world. */
-  int32_t other;
-  const int32_t *other_vertices;
-  int64_t other_count;
-
-  /* Spring: place of its other end in the world now [m]; finite. Default NaN: the mean of the other
-   * vertices, or else the place. Joints have one place. */
-  double other_place[3];
-
-  /* Axis of a hinge in the world now, of any length > 0. Default 0, 0, 1. */
-  double axis[3];
-
-  /* Spring: stiffness [N/m], 0 to 1e30, default 0. Larger: stiffer; no value is too large. */
-  double stiffness;
-
-  /* Spring: damping of its speed [N s/m], 0 to 1e30, default 0. Larger: slower. */
-  double damping;
-
-  /* Spring: length without force [m]; at most 1e30. Larger: it pushes more. Default -1: its length
-   * now. */
-  double length;
-
-  /* The path of an end in the world: at path_count ascending times [s] the end is displaced by the
-   * difference of its position (path_count x 3) [m] from the first one. It moves along a smooth
-   * curve, at up to 1e30 m/s from one position to the next, and rests before and after. Times are
-   * within 1e30 s. Default NULL: the end stays. */
-  const double *path_times, *path_places;
-  int64_t path_count;
-
-  /* Time at which it lets go [s]; larger: later. Default INFINITY: never. */
-  double until;
+  /* The rows of thrum/fields.h, which have their units, ranges and defaults. A place is in the
+   * world now, within 1e6 times the size of the body; vertices are then weighed so that it is
+   * theirs, those near it where no list says which. Joints have one place. A path displaces the end
+   * in the world by the difference of its position from the first one, at up to 1e30 m/s; it rests
+   * before and after, and its times are within 1e30 s. */
+  THRUM_LINK_FIELDS(THRUM_MEMBER)
 
   /* The two sides of a link that was made before, between bodies that stood as they do now and had
    * the same models, scales, densities and ranks. They replace vertices, axis and meshes; `place`
@@ -838,6 +679,53 @@ THRUM_API int32_t thrum_scene_probe_body(const thrum_scene *scene, int32_t probe
 /* Position [m] and velocity [m/s] of a probe in the world; velocity may be NULL. */
 THRUM_API thrum_status thrum_scene_probe(thrum_scene *scene, int32_t probe, double position[3],
                                          double velocity[3], thrum_error *error);
+
+/* What has fields by the rows of thrum/fields.h. */
+typedef enum thrum_scene_record {
+  THRUM_SCENE_RECORD_BODY = 0,     /* thrum_scene_body_def */
+  THRUM_SCENE_RECORD_OBSTACLE = 1, /* thrum_obstacle */
+  THRUM_SCENE_RECORD_SOLID = 2,    /* thrum_scene_solid_def */
+  THRUM_SCENE_RECORD_LINK = 3,     /* thrum_scene_link_def */
+  THRUM_SCENE_RECORD_PAIRS = 4     /* thrum_contact_pairs_def */
+} thrum_scene_record;
+
+/* What a member holds. */
+typedef enum thrum_field_kind {
+  THRUM_FIELD_DOUBLE = 0, /* width doubles */
+  THRUM_FIELD_FLOAT = 1,  /* width floats */
+  THRUM_FIELD_INT64 = 2,
+  THRUM_FIELD_INT32 = 3,
+  THRUM_FIELD_FLAG = 4,    /* int32_t, 0 or 1 */
+  THRUM_FIELD_CHOICE = 5,  /* an enum; `about` has the names from 0 on, with blanks between */
+  THRUM_FIELD_DOUBLES = 6, /* const double *: rows of width numbers, counted at count_offset */
+  THRUM_FIELD_INTS = 7,    /* const int32_t *: the same */
+  THRUM_FIELD_GRID = 8 /* const double *: rows x columns, counted at count_offset and behind it */
+} thrum_field_kind;
+
+/* A row: its texts are static. */
+typedef struct thrum_field {
+  const char *name, *about;
+  const char *unit;      /* NULL: none */
+  const char *otherwise; /* NULL: nothing to say */
+  thrum_field_kind kind;
+  int32_t width;       /* numbers of a member, or of a row of an array */
+  double least, most;  /* range of each number; -INFINITY and INFINITY where it has no end */
+  int32_t above;       /* 1: least itself is not in it */
+  int32_t key;         /* 1: it is a key of scene files too */
+  size_t offset;       /* of the member in the def [bytes] */
+  size_t count_offset; /* of the int64_t that counts the rows of an array */
+} thrum_field;
+
+/* The fields of a record, *count of them, in the order of the rows; NULL and 0 for what is no
+ * record. Static storage. Any thread. */
+THRUM_API const thrum_field *thrum_scene_fields(thrum_scene_record record, int64_t *count);
+
+/* Bytes of the def of a record; 0 for what is no record. Any thread. */
+THRUM_API size_t thrum_scene_record_size(thrum_scene_record record);
+
+/* Fills a def of a record, thrum_scene_record_size bytes at `def`, with its defaults. Any thread.
+ */
+THRUM_API void thrum_scene_record_default(thrum_scene_record record, void *def);
 
 #ifdef __cplusplus
 }

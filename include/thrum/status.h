@@ -45,10 +45,13 @@ typedef enum thrum_status {
 } thrum_status;
 
 /* Detail of a failure. Owned by the caller; every function that takes one accepts NULL.
- * `message` is one line for a person: what is wrong, where, and what to do. */
+ * `message` is one line for a person: what is wrong, where, and what to do. `field` is for
+ * programs: the member of a def, or the option, that is wrong; static text, NULL where it is no
+ * single one. */
 typedef struct thrum_error {
   thrum_status status;
   char message[400];
+  const char *field;
 } thrum_error;
 
 /* Fixed text of a status, never NULL; static storage. Any thread. */
@@ -62,6 +65,18 @@ __attribute__((format(printf, 3, 4)))
 #endif
 THRUM_API thrum_status
 thrum_error_set(thrum_error *error, thrum_status status, const char *format, ...);
+
+/* The same of a failure that one field is to blame for: the line begins with its name, and the
+ * format goes on: " is %g; it must be ..." or ": ...". thrum_error_set says that no field is. */
+#if defined(__GNUC__)
+__attribute__((format(printf, 4, 5)))
+#endif
+THRUM_API thrum_status
+thrum_error_set_field(thrum_error *error, const char *field, thrum_status status,
+                      const char *format, ...);
+
+/* The message without the name of its field and the ": " or blank behind it. Any thread. */
+THRUM_API const char *thrum_error_reason(const thrum_error *error);
 
 /* Returns from the caller when `call` fails: one line for a call whose failure the caller passes
  * on unchanged. A status above 0 is notable but not failed, so the caller goes on. A function that

@@ -208,47 +208,19 @@ export class StressNodes implements Freed {
 }
 
 export interface BodyOptions {
-  /** [m] */
-  position?: Vector;
-  /** Quaternion w, x, y, z. */
-  rotation?: ArrayLike<number>;
-  /** Factors of lengths, Young's modulus and density, default 1. */
-  scale?: number;
-  stiffness?: number;
-  density?: number;
+  /** Default 'energy'. */
+  integrator?: Integrator;
+  /** Rayleigh damping [1/s] and [s], default 0. */
   dampingAlpha?: number;
   dampingBeta?: number;
-  integrator?: Integrator;
-  /** Coordinates that are stepped; default all. Fewer are as many of `condense`. */
-  rank?: number;
-  /** Coordinates that are stepped while the others follow; default none follows. */
-  condense?: number;
-  /** It moves and rotates as a whole; the model then has rigid modes. */
-  free?: boolean;
-  /** Rotation and shape of a free body act on each other; default false. */
-  coupled?: boolean;
-  /** Of a free body, [m/s] and [rad/s]. */
-  velocity?: Vector;
-  spin?: Vector;
-  /** Basis vector of the start, from 1, and its amplitude [m]. */
-  startMode?: number;
-  startAmplitude?: number;
-  /** Outer triangles, for wind and contact. */
-  triangles?: ArrayLike<number> & Iterable<number>;
   /** Vertices that may touch obstacles; 'all': those of the triangles. */
   touch?: Iterable<number> | 'all';
-  /** Whether its triangles touch other bodies where Scene.setCollisions says so; default true. */
-  collides?: boolean;
-  /** Its surface touches itself too; default false. It makes the step slower. */
-  selfContact?: boolean;
+@body@
 }
 
 /** Contact between the bodies of a scene. */
 export interface CollisionOptions {
-  /** Distance that contact keeps between surfaces [m]; default 1/250 of the smaller body. */
-  thickness?: number;
-  friction?: number;
-  restitution?: number;
+@pairs@
 }
 
 /** With how few coordinates a body is stepped while it is far or still. */
@@ -263,32 +235,28 @@ export interface DetailOptions {
   still?: number;
 }
 
+/** What vertices of bodies touch. */
 export interface ObstacleOptions {
-  shape?: 'plane' | 'sphere' | 'box';
-  inside?: boolean;
-  /** [m] */
-  centre?: Vector;
-  normal?: Vector;
-  radius?: number;
-  half?: Vector;
+  /** Of a box: a quaternion w, x, y, z. */
   rotation?: ArrayLike<number>;
-  /** [m/s] */
-  velocity?: Vector;
-  friction?: number;
-  restitution?: number;
-  /** [N/m^3] and [N s/m^3] */
-  stiffness?: number;
-  damping?: number;
+@obstacle@
+}
+
+/** An obstacle that bodies with triangles touch by its faces. */
+export interface SolidOptions {
+@solid@
 }
 
 export type LoadOptions = Place & {
   /** [N], or in its place an acceleration [m/s^2]. */
   force?: Vector;
   acceleration?: Vector;
-  /** Acts in [start, until) [s]; with a frequency [Hz] times sin(2 pi frequency (t - start)). */
+  /** Acts in [start, until) [s]; with a frequency [Hz] times sin(2 pi frequency (t - start)), as a ramp times
+   * (t - start) / (until - start). */
   start?: number;
   until?: number;
   frequency?: number;
+  ramp?: boolean;
 };
 
 /** A spring or joint between places of two bodies, or of a body and the world. */
@@ -296,25 +264,10 @@ export interface LinkOptions extends Place {
   /** A joint keeps two places together; a hinge also the direction of its axis, a weld all directions. */
   kind: 'spring' | 'ball' | 'hinge' | 'weld';
   body: Body;
-  /** In the world now [m], weighed over the vertices near it, or over those given; default the mean of these, or of all. */
-  place?: Vector;
   /** Default the world. */
   other?: Body;
-  /** Of a spring, its other end [m]; default the mean of the other vertices, or else the place. A joint has one place. */
-  otherPlace?: Vector;
-  otherVertices?: Iterable<number>;
   otherGroup?: string;
-  /** Of a hinge; default along z. */
-  axis?: Vector;
-  /** Of a spring [N/m], [N s/m], and its length without force [m]; default its length now. */
-  stiffness?: number;
-  damping?: number;
-  length?: number;
-  /** Of an end in the world: times [s], and places [m], three numbers each, of which it goes the differences from the first. */
-  pathTimes?: ArrayLike<number> & Iterable<number>;
-  pathPlaces?: ArrayLike<number> & Iterable<number>;
-  /** Time at which it lets go [s]; default never. */
-  until?: number;
+@link@
 }
 
 /** Placed bodies in one world. */
@@ -332,6 +285,8 @@ export class Scene implements Freed {
   /** Returns its number. */
   addObstacle(obstacle: ObstacleOptions): number;
   setObstacle(number: number, obstacle: ObstacleOptions): void;
+  /** Returns its number, apart from those of obstacles. */
+  addSolid(solid: SolidOptions): number;
   /** Links two bodies, or a body and the world, as they are now. */
   addLink(link: LinkOptions): Link;
   /** Makes bodies with triangles touch each other from now on; false: they pass through each other. Condensed ones do not touch. */
@@ -341,8 +296,8 @@ export class Scene implements Freed {
     touching: number; declined: number; distance: number; depth: number; deepestShare: number; normal: number;
     stored: number; lost: number;
   };
-  /** The body that lies deepest, for its size, inside another or inside the obstacle of this number; depth [m]. */
-  findOverlap(): { body: Body; other?: Body; obstacle?: number; depth: number } | undefined;
+  /** The body that lies deepest, for its size, inside another or inside the obstacle or solid of this number; depth [m]. */
+  findOverlap(): { body: Body; other?: Body; obstacle?: number; solid?: number; depth: number } | undefined;
   /** Energies [J], momentum [kg m/s] and angular momentum [kg m^2/s] of all bodies together. */
   readonly account: {
     kinetic: number; potential: number; gravity: number; contact: number; links: number; total: number;

@@ -4,7 +4,7 @@
 /** What vsnprintf drags in; nothing is ever written. */
 const wasi = { fd_close: () => 8, fd_seek: () => 8, fd_write: () => 8 };
 
-const NUMBERS = 64;
+const NUMBERS = 512;
 
 /** A call failed: `status` is that of the C library (thrum/status.h), the message is for people. */
 export class ThrumError extends Error {

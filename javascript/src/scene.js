@@ -1,26 +1,14 @@
 // Scenes: placed bodies and what acts on them. SPDX-License-Identifier: Apache-2.0
-import { Owned, Resource, ThrumError, doubles, snapshotBytes, steps, vertices } from './memory.js';
+import { withDef } from './fields.js';
+import { Owned, Resource, ThrumError, doubles, snapshotBytes, steps } from './memory.js';
 import { integratorNumber, knownOptions } from './model.js';
 
-const SHAPES = { plane: 0, sphere: 1, box: 2 };
 const LINKS = ['spring', 'ball', 'hinge', 'weld']; // in the order of thrum_link_kind
 const FORCE = 0;
 const ACCELERATION = 2;
-const BODY_OPTIONS = ['position', 'rotation', 'scale', 'stiffness', 'density', 'dampingAlpha',
-  'dampingBeta', 'velocity', 'spin', 'integrator', 'rank', 'condense', 'free', 'coupled', 'startMode',
-  'startAmplitude', 'triangles', 'touch', 'collides', 'selfContact'];
-const COLLISION_OPTIONS = ['thickness', 'friction', 'restitution'];
+const COURSES = { constant: 0, sine: 1, ramp: 2 }; // thrum_load_shape
 const DETAIL_OPTIONS = ['masters', 'beyond', 'still', 'jump'];
-const OBSTACLE_OPTIONS = ['shape', 'inside', 'centre', 'normal', 'radius', 'half', 'rotation',
-  'velocity', 'friction', 'restitution', 'stiffness', 'damping'];
-const LOAD_OPTIONS = ['force', 'acceleration', 'vertices', 'vertex', 'group', 'start', 'until',
-  'frequency'];
-const LINK_OPTIONS = ['kind', 'body', 'place', 'vertices', 'vertex', 'group', 'other', 'otherPlace',
-  'otherVertices', 'otherGroup', 'axis', 'stiffness', 'damping', 'length', 'pathTimes', 'pathPlaces', 'until'];
-const NOWHERE = [NaN, NaN, NaN];
-const ZERO = [0, 0, 0];
-const PATH_MOST = 2 ** 24; // times of a path, as thrum_scene_link_def has it
-const UPRIGHT = [1, 0, 0, 0];
+const LOAD_OPTIONS = ['force', 'acceleration', 'vertices', 'vertex', 'group', 'start', 'until', 'frequency', 'ramp'];
 
 export class Scene extends Resource {
   #memory;
@@ -29,7 +17,7 @@ export class Scene extends Resource {
 
   constructor(memory, { dt = 0.003, gravity } = {}) {
     const { calls } = memory;
-    super('scene', new Owned(memory.made(calls.js_scene_make(dt), calls.js_scene_message),
+    super('scene', new Owned(memory.made(calls.js_scene_make(dt)),
       (at) => calls.js_scene_free(at)));
     this.#memory = memory;
     if (gravity !== undefined) this.setGravity(gravity);
@@ -39,7 +27,7 @@ export class Scene extends Resource {
   call(name, numbers, ...rest) {
     const { calls } = this.#memory;
     if (numbers !== undefined) this.#memory.numbers.set(numbers);
-    return this.#memory.check(calls[name](this.address, ...rest), calls.js_scene_message);
+    return this.#memory.check(calls[name](this.address, ...rest));
   }
 
   /** The first results of a call. */
@@ -48,31 +36,18 @@ export class Scene extends Resource {
   }
 
   addBody(model, options = {}) {
-    knownOptions(options, BODY_OPTIONS, 'a body');
-    const given = { position: ZERO, rotation: UPRIGHT, velocity: ZERO, spin: ZERO, ...options };
-    const triangles = options.triangles && vertices(options.triangles, model.vertexCount, 'triangles');
-    const touch = this.#touching(options.touch, triangles, model);
-    const integrator = integratorNumber(this.#memory, options.integrator ?? 'energy');
-    const numbers = [...doubles(given.position, 3, 'position'), ...doubles(given.rotation, 4, 'rotation'),
-      given.scale ?? 1, given.stiffness ?? 1, given.density ?? 1, given.dampingAlpha ?? 0,
-      given.dampingBeta ?? 0, ...doubles(given.velocity, 3, 'velocity'), ...doubles(given.spin, 3, 'spin'),
-      given.startAmplitude ?? 0];
-    const number = this.#memory.lend([triangles, touch], (faces, points) => this.call(
-      'js_scene_add_body', numbers, model.address, integrator, given.rank ?? 0, given.condense ?? 0,
-      given.free ? 1 : 0, given.coupled ? 1 : 0, given.collides ?? true ? 1 : 0, given.selfContact ? 1 : 0, given.startMode ?? 0, faces, (triangles?.length ?? 0) / 3, points, touch?.length ?? 0));
+    const { integrator = 'energy', dampingAlpha = 0, dampingBeta = 0, touch, ...given } = options;
+    if (touch === 'all' && given.triangles === undefined)
+      throw new ThrumError("touch: 'all' means the vertices of the triangles, and there are none", -1);
+    const fields = { ...given, touch: touch === 'all' ? new Set(given.triangles) : touch };
+    const chosen = integratorNumber(this.#memory, integrator);
+    const number = withDef(this.#memory, 'body', fields, () => this.call('js_scene_add_body', undefined,
+      this.#memory.calls.js_model_pointer(model.address), chosen, dampingAlpha, dampingBeta, 0, 0), model.vertexCount);
     // the scene reads the model until it is gone itself
     this.owned.lean(model.owned);
     const body = new Body(this.#memory, this, number, model);
     this.#bodies.push(body);
     return body;
-  }
-
-  #touching(touch, triangles, model) {
-    if (touch === undefined) return undefined;
-    if (touch !== 'all') return vertices(touch, model.vertexCount, 'touch');
-    if (triangles === undefined)
-      throw new ThrumError("touch: 'all' means the vertices of the triangles, and there are none", -1);
-    return Int32Array.from(new Set(triangles));
   }
 
   get bodies() {
@@ -97,38 +72,29 @@ export class Scene extends Resource {
     this.#obstacle(number, obstacle);
   }
 
-  #obstacle(number, obstacle) {
-    knownOptions(obstacle, OBSTACLE_OPTIONS, 'an obstacle');
-    const shape = SHAPES[obstacle.shape ?? 'plane'];
-    if (shape === undefined)
-      throw new ThrumError(`'${obstacle.shape}' is no shape; there are ${Object.keys(SHAPES).join(', ')}`, -1);
-    const numbers = [...doubles(obstacle.centre ?? ZERO, 3, 'centre'),
-      ...doubles(obstacle.normal ?? [0, 0, 1], 3, 'normal'), obstacle.radius ?? 1,
-      ...doubles(obstacle.half ?? [1, 1, 1], 3, 'half'), ...doubles(obstacle.rotation ?? UPRIGHT, 4, 'rotation'),
-      ...doubles(obstacle.velocity ?? ZERO, 3, 'velocity'), obstacle.friction ?? 0.5,
-      obstacle.restitution ?? 0.5, obstacle.stiffness ?? 0, obstacle.damping ?? 0];
-    return this.call('js_scene_obstacle', numbers, number, shape, obstacle.inside ? 1 : 0);
+  #obstacle(number, { rotation, ...obstacle }) {
+    const turned = rotation && doubles(rotation, 4, 'rotation');
+    return withDef(this.#memory, 'obstacle', obstacle, () => {
+      if (turned) this.#memory.numbers.set(turned);
+      if (turned) this.#memory.check(this.#memory.calls.js_obstacle_turn());
+      return this.call('js_scene_obstacle', undefined, number);
+    });
+  }
+
+  addSolid(solid) {
+    return withDef(this.#memory, 'solid', solid, () => this.call('js_scene_add_solid'));
   }
 
   addLink(link) {
-    knownOptions(link, LINK_OPTIONS, 'a link');
-    const kind = LINKS.indexOf(link.kind);
-    if (kind < 0) throw new ThrumError(`'${link.kind}' is no link; there are ${LINKS.join(', ')}`, -1);
-    const [body, other] = [this.#own(link.body), link.other === undefined ? -1 : this.#own(link.other)];
-    if (link.length !== undefined && !(link.length >= 0))
-      throw new ThrumError(`length: ${link.length} is below 0`, -11);
-    const chosen = link.body.model.chosen(link);
-    const { otherVertices, otherGroup } = link;
-    if (other < 0 && (otherVertices ?? otherGroup) !== undefined)
+    const { body, vertices: _, vertex, group, other, otherVertices, otherGroup, ...fields } = link;
+    const [first, second] = [this.#own(body), other === undefined ? -1 : this.#own(other)];
+    if (second < 0 && (otherVertices ?? otherGroup) !== undefined)
       throw new ThrumError('otherVertices: the world has none', -1);
-    const otherChosen = link.other?.model.chosen({ vertices: otherVertices, group: otherGroup });
-    const [times, places] = pathOf(link);
-    const numbers = [...doubles(link.place ?? NOWHERE, 3, 'place', true), ...doubles(link.otherPlace ?? NOWHERE, 3, 'otherPlace', true),
-      ...doubles(link.axis ?? [0, 0, 1], 3, 'axis'), link.stiffness ?? 0, link.damping ?? 0, link.length ?? -1,
-      link.until ?? Infinity];
-    const number = this.#memory.lend([chosen, otherChosen, times, places], (at, otherAt, timesAt, placesAt) =>
-      this.call('js_scene_add_link', numbers, kind, body, other, at, chosen?.length ?? 0, otherAt,
-        otherChosen?.length ?? 0, timesAt, placesAt, times?.length ?? 0));
+    if ((fields.pathTimes === undefined) !== (fields.pathPlaces === undefined))
+      throw new ThrumError('pathTimes and pathPlaces come together', -1);
+    const given = { ...fields, vertices: body.model.chosen({ vertices: link.vertices, vertex, group }),
+      otherVertices: other?.model.chosen({ vertices: otherVertices, group: otherGroup }) };
+    const number = withDef(this.#memory, 'link', given, () => this.call('js_scene_add_link', undefined, first, second));
     const made = new Link(this, number);
     this.#links.push(made);
     return made;
@@ -145,13 +111,7 @@ export class Scene extends Resource {
   }
 
   setCollisions(options = {}) {
-    if (options === false) {
-      this.call('js_scene_set_collisions', [0, 0, 0], 0);
-      return;
-    }
-    knownOptions(options, COLLISION_OPTIONS, 'contact between bodies');
-    const { thickness = 0, friction = 0.5, restitution = 0.5 } = options;
-    this.call('js_scene_set_collisions', [thickness, friction, restitution], 1);
+    withDef(this.#memory, 'pairs', options || {}, () => this.call('js_scene_set_collisions', undefined, options === false ? 0 : 1));
   }
 
   get collisions() {
@@ -162,10 +122,10 @@ export class Scene extends Resource {
 
   findOverlap() {
     this.call('js_scene_overlap');
-    const [body, other, obstacle, depth] = this.results(4);
+    const [body, other, obstacle, depth, solid] = this.results(5);
     if (body < 0) return undefined;
-    return { body: this.#bodies[body], other: this.#bodies[other], depth,
-      obstacle: obstacle < 0 ? undefined : obstacle };
+    return { body: this.#bodies[body], other: this.#bodies[other], depth, obstacle: obstacle < 0 ? undefined : obstacle,
+      solid: solid < 0 ? undefined : solid };
   }
 
   get account() {
@@ -298,11 +258,13 @@ export class Body {
     if ((load.force === undefined) === (load.acceleration === undefined))
       throw new ThrumError('a load is one of force and acceleration', -1);
     const kind = load.force === undefined ? ACCELERATION : FORCE;
+    if (load.ramp && load.frequency !== undefined) throw new ThrumError('a load is a ramp or a sine, not both', -1);
+    const course = load.ramp ? COURSES.ramp : load.frequency === undefined ? COURSES.constant : COURSES.sine;
     const vector = doubles(load.force ?? load.acceleration, 3, 'a load');
     const chosen = this.model.chosen(load);
     const numbers = [...vector, load.start ?? 0, load.until ?? Infinity, load.frequency ?? 0];
-    this.#memory.lend([chosen], (at) => this.scene.call('js_scene_load', numbers, this.number, kind,
-      load.frequency === undefined ? 0 : 1, at, chosen?.length ?? 0));
+    this.#memory.lend([chosen], (at) => this.scene.call('js_scene_load', numbers, this.number, kind, course, at,
+      chosen?.length ?? 0, 0, 0));
   }
 
   pull(vertex, target, { stiffness, damping = -1 }) {
@@ -310,16 +272,6 @@ export class Body {
       this.number, vertex);
     return new Pull(this.scene, number);
   }
-}
-
-/** The path of a link's end: times, and three numbers for each of them. */
-function pathOf({ pathTimes, pathPlaces }) {
-  if ((pathTimes === undefined) !== (pathPlaces === undefined))
-    throw new ThrumError('pathTimes and pathPlaces come together', -1);
-  if (pathTimes === undefined) return [undefined, undefined];
-  if (!(pathTimes.length <= PATH_MOST)) throw new ThrumError(`pathTimes: an array of at most ${PATH_MOST} times`, -1);
-  const times = doubles(pathTimes, pathTimes.length, 'pathTimes');
-  return [times, doubles(pathPlaces, 3 * times.length, 'pathPlaces')];
 }
 
 export class Link {

@@ -9,26 +9,24 @@ import math
 import threading
 from dataclasses import dataclass
 from types import TracebackType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from . import _native
 from ._errors import Status
+from ._fields import Def
 from ._native import Array, FloatArray, call, ffi, lib
 from .model import Model
 from .state import Report, report_of, set_choice, state_def
 from .surface import Surface
 
-_NUMBERS = ("scale", "stiffness", "density", "start_amplitude", "touch_stiffness")
-_WHOLE = ("rank", "condense", "start_mode", "collides", "self_contact", "coupled")
-_COLLISION_NUMBERS = ("thickness", "friction", "restitution", "tolerance")
-_COLLISION_COUNTS = ("touch_max", "sweeps_max")
-_VECTORS = {"position": 3, "rotation": 4, "colour": 3, "velocity": 3, "spin": 3}
-_SHAPES = {"plane": 0, "sphere": 1, "box": 2}
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
+    from ._keywords import BodyOptions, LinkOptions, ObstacleOptions, PairsOptions, SolidOptions
+
 _ANYTHING = -1  # THRUM_SCENE_ANYTHING
-_LINKS = {"spring": lib.THRUM_LINK_SPRING, "ball": lib.THRUM_LINK_BALL, "hinge": lib.THRUM_LINK_HINGE,
-          "weld": lib.THRUM_LINK_WELD}
 _LINK_REPORT = ("drift", "largest_drift", "stored", "lost", "driven")
 
 
@@ -78,45 +76,25 @@ class Overlap:
     depth: float
 
 
-@dataclass
 class Obstacle:
-    """A rigid obstacle: `shape` "plane", "sphere" or "box"; thrum_obstacle in thrum/contact.h has the units."""
+    """A rigid obstacle: `shape` "plane", "sphere" or "box"; the options are fields of thrum_obstacle (thrum/fields.h).
 
-    shape: str = "plane"
-    centre: Any = (0.0, 0.0, 0.0)
-    normal: Any = (0.0, 0.0, 1.0)
-    radius: float = 1.0
-    half: Any = (1.0, 1.0, 1.0)
-    rotation: Any = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
-    velocity: Any = (0.0, 0.0, 0.0)
-    inside: bool = False
-    stiffness: float = 0.0
-    damping: float = 0.0
-    restitution: float = 0.5
-    friction: float = 0.5
+    Each is an attribute, too: Obstacle(radius=2).radius is 2.
+    """
 
-    def _fill(self) -> Any:
-        if self.shape not in _SHAPES:
-            raise ValueError(f"shape: {self.shape!r} is none of {', '.join(_SHAPES)}")
-        obstacle = ffi.new("thrum_obstacle *", lib.thrum_default_obstacle())
-        obstacle.shape = _SHAPES[self.shape]
-        obstacle.inside = 1 if self.inside else 0
-        for name in ("centre", "normal", "half", "velocity"):
-            setattr(obstacle, name, _native.doubles(getattr(self, name), (3,), name).tolist())
-        obstacle.rotation = _native.doubles(self.rotation, (3, 3), "rotation").ravel().tolist()
-        for name in ("radius", "stiffness", "damping", "restitution", "friction"):
-            setattr(obstacle, name, float(getattr(self, name)))
-        return obstacle
+    def __init__(self, **options: Unpack[ObstacleOptions]) -> None:
+        self._def = Def("obstacle", dict(options))
 
+    def __repr__(self) -> str:
+        return f"Obstacle({', '.join(f'{name}={self._def.get(name)!r}' for name in self._def.names())})"
 
-def _obstacle_of(found: Any) -> Obstacle:
-    obstacle = Obstacle(shape=next(name for name, value in _SHAPES.items() if value == found.shape),
-                        inside=bool(found.inside), rotation=np.array(list(found.rotation)).reshape(3, 3))
-    for name in ("centre", "normal", "half", "velocity"):
-        setattr(obstacle, name, tuple(getattr(found, name)))
-    for name in ("radius", "stiffness", "damping", "restitution", "friction"):
-        setattr(obstacle, name, getattr(found, name))
-    return obstacle
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("_"):
+            raise AttributeError(name)
+        try:
+            return self._def.get(name)
+        except TypeError as error:
+            raise AttributeError(str(error)) from None
 
 
 class Pull:
@@ -174,8 +152,9 @@ class Link:
     @property
     def kind(self) -> str:
         """"spring", "ball", "hinge" or "weld"."""
-        found = self._get().kind
-        return next(name for name, value in _LINKS.items() if value == found)
+        made = Def("link")
+        made.c.kind = self._get().kind
+        return str(made.get("kind"))
 
     @property
     def bodies(self) -> tuple[Body, Body | None]:
@@ -419,33 +398,36 @@ class Scene:
 
     # --- building --------------------------------------------------------------------------------
 
-    def add_body(self, model: Model, name: str | None = None, *, free: bool = False, triangles: Any = None,
-                 touch: Any = None, q: Any = None, p: Any = None, integrator: str = "energy",
-                 state: dict[str, Any] | None = None, **options: Any) -> Body:
+    def add_body(self, model: Model, name: str | None = None, *, touch: Any = None, q: Any = None, p: Any = None,
+                 integrator: str = "energy", state: dict[str, Any] | None = None,
+                 **options: Unpack[BodyOptions]) -> Body:
         """Adds a body.
 
-        free: it moves and rotates as a whole; the model then has rigid modes. triangles: its outer triangles (m x 3),
-        for wind and contact; touch: 0-based vertices that may touch obstacles, or "all" of the triangles. state: the
-        other options of `State`. Further options, as in thrum_scene_body_def: position, rotation (quaternion
-        w, x, y, z), scale, stiffness, density, rank, condense, colour, start_mode, start_amplitude, velocity, spin,
-        touch_stiffness, collides (False: it passes through other bodies, see set_collisions), self_contact (True: its
-        surface touches itself too), coupled (True: rotation and shape of a free body act on each other).
+        triangles: its outer triangles (m x 3), for wind and contact; touch: 0-based vertices that may touch obstacles,
+        or "all" of the triangles. state: the other options of `State`. All options are fields of thrum_scene_body_def
+        (thrum/fields.h), such as position, rotation (quaternion w, x, y, z), free, velocity, spin and self_contact.
         """
-        definition = ffi.new("thrum_scene_body_def *", lib.thrum_default_scene_body_def())
         handle = model._handle()
-        kept: list[object] = []
-        definition.model = model._c
-        definition.free = 1 if free else 0
-        definition.state = state_def({"integrator": integrator, **(state or {})})[0]
+        made = Def("body", dict(options), model.vertex_count)
+        made.c.model = model._c
+        made.c.state = state_def({"integrator": integrator, **(state or {})})[0]
         if name is not None:
             text = ffi.new("char[]", name.encode())
-            kept.append(text)
-            definition.name = text
-        _set_fields(definition, options)
-        _set_arrays(definition, model, triangles, touch, q, p, kept)
+            made.kept.append(text)
+            made.c.name = text
+        if isinstance(touch, str):
+            if "triangles" not in options:
+                raise ValueError("touch: without triangles it is a list of vertices")
+            touch = np.unique(np.asarray(options["triangles"]))
+        made.set("touch", touch, model.vertex_count)
+        for key, value in (("q", q), ("p", p)):
+            if value is not None:
+                numbers = _native.doubles(value, (model.shown,), key)
+                made.kept.append(numbers)
+                setattr(made.c, key, _native.pointer(numbers))
 
         number = ffi.new("int32_t *")
-        self._call(lib.thrum_scene_add_body, definition, number)
+        self._call(lib.thrum_scene_add_body, made.c, number)
         self._kept.append(handle)
         body = Body(self, number[0], model)
         self.bodies.append(body)
@@ -486,52 +468,54 @@ class Scene:
     def add_obstacle(self, obstacle: Obstacle) -> int:
         """Adds an obstacle, which moves with its velocity, and returns its number."""
         number = ffi.new("int32_t *")
-        self._call(lib.thrum_scene_add_obstacle, obstacle._fill(), number)
+        self._call(lib.thrum_scene_add_obstacle, obstacle._def.c, number)
+        return int(number[0])
+
+    def add_solid(self, **options: Unpack[SolidOptions]) -> int:
+        """Adds an obstacle that bodies with triangles touch by its faces, and returns its number, apart from `add_obstacle`'s.
+
+        shape: "mesh" (vertices, triangles), "box" (half), "cylinder" or "capsule" (radius, height) or "height_field"
+        (heights, spacing); the options are fields of thrum_scene_solid_def (thrum/fields.h).
+        """
+        number = ffi.new("int32_t *")
+        made = Def("solid", dict(options))
+        self._call(lib.thrum_scene_add_solid, made.c, number)
         return int(number[0])
 
     def obstacle(self, number: int) -> Obstacle:
         """An obstacle where it is now."""
-        found = ffi.new("thrum_obstacle *")
-        self._call(lib.thrum_scene_obstacle, number, found)
-        return _obstacle_of(found)
+        found = Obstacle()
+        self._call(lib.thrum_scene_obstacle, number, found._def.c)
+        return found
 
     def set_obstacle(self, number: int, obstacle: Obstacle) -> None:
         """Changes an obstacle from now on."""
-        self._call(lib.thrum_scene_set_obstacle, number, obstacle._fill())
+        self._call(lib.thrum_scene_set_obstacle, number, obstacle._def.c)
 
-    def add_link(self, kind: str, body: Body, *, place: Any = None, vertices: Any = None, group: str | None = None,
-                 other: Body | None = None, other_place: Any = None, other_vertices: Any = None,
-                 other_group: str | None = None, axis: Any = (0.0, 0.0, 1.0), stiffness: float = 0.0,
-                 damping: float = 0.0, length: float | None = None, path_times: Any = None, path_places: Any = None,
-                 until: float = math.inf) -> Link:
+    def add_link(self, kind: str, body: Body, *, group: str | None = None, other: Body | None = None,
+                 other_group: str | None = None, **options: Unpack[LinkOptions]) -> Link:
         """Links two bodies, or a body and the world, as they are now; see thrum_scene_link_def and docs/links.md.
 
         kind: "spring", "ball", "hinge" or "weld". place [m], in the world now: of the body, weighed over its vertices
         near it, or over `vertices` (0-based) or a `group` where they are given; without a place it is their mean, or that
         of the whole body. other: the second body, or None for the world. A spring's other end is at other_place, else at the
-        mean of other_vertices or other_group, else at the place; a joint has one place. axis: of a hinge. Of a spring:
-        stiffness [N/m], damping [N s/m], and the length without force [m], its length now unless it is given. An end in
-        the world goes along path_places (k x 3) [m], of which it goes the differences from the first, at path_times (k)
-        [s]. until: when it lets go [s].
+        mean of other_vertices or other_group, else at the place; a joint has one place. The options are fields of
+        thrum_scene_link_def (thrum/fields.h).
         """
-        if kind not in _LINKS:
-            raise ValueError(f"kind: {kind!r} is none of {', '.join(_LINKS)}")
-        definition = ffi.new("thrum_scene_link_def *", lib.thrum_default_scene_link_def())
-        definition.kind = _LINKS[kind]
-        definition.body, definition.other = self._own(body), -1 if other is None else self._own(other)
-        kept: list[object] = [_set_vertices(definition, "", body, vertices, group),
-                              _set_vertices(definition, "other_", other, other_vertices, other_group)]
-        for name, value in (("place", place), ("other_place", other_place), ("axis", axis)):
-            if value is not None:
-                setattr(definition, name, _native.doubles(value, (3,), name).tolist())
-        definition.stiffness, definition.damping, definition.until = float(stiffness), float(damping), float(until)
-        if length is not None:
-            definition.length = _length(length)
-        kept += _set_path(definition, path_times, path_places)
+        made = Def("link", {"kind": kind})
+        made.c.body, made.c.other = self._own(body), -1 if other is None else self._own(other)
+        given: dict[str, Any] = dict(options)
+        for key, of, named in (("vertices", body, group), ("other_vertices", other, other_group)):
+            chosen = _chosen(key, of, given.pop(key, None), named)
+            if of is not None:
+                made.set(key, chosen, of.model.vertex_count)
+        if (given.get("path_times") is None) != (given.get("path_places") is None):
+            raise ValueError("path_times and path_places come together")
+        for key, value in given.items():
+            made.set(key, value)
 
         number = ffi.new("int32_t *")
-        self._call(lib.thrum_scene_add_link, definition, number)
-        del kept
+        self._call(lib.thrum_scene_add_link, made.c, number)
         self.links.append(Link(self, number[0]))
         return self.links[-1]
 
@@ -540,22 +524,14 @@ class Scene:
             raise ValueError("a link is of bodies of its own scene")
         return body.number
 
-    def set_collisions(self, on: bool = True, **options: Any) -> None:
+    def set_collisions(self, on: bool = True, **options: Unpack[PairsOptions]) -> None:
         """Makes all bodies with triangles touch each other from now on, or with on=False pass through each other.
 
-        Options, as in thrum_contact_pairs_def: thickness [m] that contact keeps between surfaces, friction, restitution,
-        touch_max, sweeps_max, tolerance. Condensed bodies do not touch others.
+        The options are fields of thrum_contact_pairs_def (thrum/fields.h), such as thickness [m], friction and
+        restitution. Condensed bodies do not touch others.
         """
-        definition = ffi.new("thrum_contact_pairs_def *", lib.thrum_default_contact_pairs_def())
-        for name, value in options.items():
-            if name in _COLLISION_NUMBERS:
-                setattr(definition, name, float(value))
-            elif name in _COLLISION_COUNTS:
-                setattr(definition, name, value)
-            else:
-                known = ", ".join([*_COLLISION_NUMBERS, *_COLLISION_COUNTS])
-                raise TypeError(f"contact between bodies has no option {name!r}; it has: {known}")
-        self._call(lib.thrum_scene_set_collisions, definition if on else ffi.NULL)
+        made = Def("contact between bodies", dict(options))
+        self._call(lib.thrum_scene_set_collisions, made.c if on else ffi.NULL)
 
     @property
     def collisions(self) -> dict[str, float]:
@@ -669,74 +645,13 @@ def _vector(value: Any, name: str) -> Any:
     return ffi.new("double[3]", _native.doubles(value, (3,), name).tolist())
 
 
-def _length(value: float) -> float:
-    # below 0 the C interface takes the length that the spring has now
-    if not float(value) >= 0:
-        raise ValueError(f"length: {value} is below 0")
-    return float(value)
-
-
-def _set_path(definition: Any, times: Any, places: Any) -> list[object]:
-    """Sets the path of a link's end; what it returns must live as long as the def is read."""
-    if (times is None) != (places is None):
-        raise ValueError("path_times and path_places come together")
-    if times is None:
-        return []
-    when = _native.doubles(times, (None,), "path_times")
-    where = _native.doubles(places, (len(when), 3), "path_places")
-    definition.path_times, definition.path_places = _native.pointer(when), _native.pointer(where)
-    definition.path_count = len(when)
-    return [when, where]
-
-
-def _set_vertices(definition: Any, prefix: str, body: Body | None, vertices: Any, group: str | None) -> object:
-    """Sets the vertices of a side of a link, which must live as long as the def is read."""
+def _chosen(name: str, body: Body | None, vertices: Any, group: str | None) -> Any:
+    """The vertices of a side of a link; None where there is no list."""
     if vertices is not None and group is not None:
-        raise ValueError(f"{prefix}vertices or {prefix}group, not both")
-    if body is None:
-        if vertices is not None or group is not None:
-            raise ValueError(f"{prefix}vertices: the world has none")
-        return None
-    chosen = body.model.group(group) if group is not None else vertices
-    if chosen is None:
-        return None
-    points = _native.vertex_numbers(chosen, body.model.vertex_count, f"{prefix}vertices")
-    setattr(definition, f"{prefix}vertices", _native.pointer(points, "int32_t"))
-    setattr(definition, f"{prefix}count", points.size)
-    return points
-
-
-def _set_fields(definition: Any, options: dict[str, Any]) -> None:
-    for name, value in options.items():
-        if name in _NUMBERS:
-            setattr(definition, name, float(value))
-        elif name in _WHOLE:
-            setattr(definition, name, value)
-        elif name in _VECTORS:
-            setattr(definition, name, _native.doubles(value, (_VECTORS[name],), name).tolist())
-        else:
-            known = ", ".join([*_NUMBERS, *_WHOLE, *_VECTORS])
-            raise TypeError(f"a body has no option {name!r}; it has: {known}")
-
-
-def _set_arrays(definition: Any, model: Model, triangles: Any, touch: Any, q: Any, p: Any, kept: list[object]) -> None:
-    if triangles is not None:
-        faces = _native.triangle_numbers(triangles, model.vertex_count, "triangles")
-        kept.append(faces)
-        definition.triangles, definition.triangle_count = _native.pointer(faces, "int32_t"), len(faces)
-        if isinstance(touch, str):
-            touch = np.unique(faces)
-    if touch is not None:
-        if isinstance(touch, str):
-            raise ValueError("touch: without triangles it is a list of vertices")
-        points = _native.vertex_numbers(touch, model.vertex_count, "touch")
-        kept.append(points)
-        definition.touch, definition.touch_count = _native.pointer(points, "int32_t"), points.size
-    for name, value in (("q", q), ("p", p)):
-        if value is not None:
-            numbers = _native.doubles(value, (model.shown,), name)
-            kept.append(numbers)
-            setattr(definition, name, _native.pointer(numbers))
+        raise ValueError(f"{name}: a list or a group, not both")
+    if body is None and (vertices is not None or group is not None):
+        raise ValueError(f"{name}: the world has none")
+    return body.model.group(group) if body is not None and group is not None else vertices
 
 
 def _load_record(load: Load, model: Model) -> tuple[Any, list[object]]:

@@ -95,7 +95,7 @@ static void note(outcome *o, int64_t index, thrum_status status, const thrum_err
 }
 
 static void end(const thrum_model *model, thrum_batch_member *one, outcome *o) {
-  thrum_error why = {THRUM_OK, ""};
+  thrum_error why = {.status = THRUM_OK};
   note(o, one->index, thrum_step_end(model, &one->run, one->status, &why), &why);
 }
 
@@ -151,7 +151,7 @@ static bool is_member(const thrum_batch_group *g, const thrum_state *state) {
 
 /* Begins the step of one state and puts it in the group, or steps it alone. */
 static void add(thrum_batch_group *g, thrum_state *state, int64_t index, outcome *o) {
-  thrum_error why = {THRUM_OK, ""};
+  thrum_error why = {.status = THRUM_OK};
 
   // listed twice, it steps twice
   if (is_member(g, state))

@@ -73,9 +73,9 @@ static thrum_status check(const thrum_model *model, int64_t masters, thrum_error
   // at least one coordinate follows
   const int64_t most = from.rank < model->rank ? from.rank : model->rank - 1;
   if (masters < 1 || masters > most)
-    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
-                           "condensed to %lld coordinates is asked for; the model has 1 to %lld",
-                           (long long)masters, (long long)most);
+    return thrum_error_set_field(error, "condense", THRUM_INVALID_ARGUMENT,
+                                 " is %lld; the model can be condensed to 1 to %lld coordinates",
+                                 (long long)masters, (long long)most);
   for (int64_t h = masters; h < model->rank; h++)
     if (!(model->omega2[h] > 0))
       return thrum_error_set(error, THRUM_BAD_VALUE,

@@ -12,13 +12,12 @@
 #include "core/step/state_private.h"
 
 #define CONTACT_MAGIC UINT64_C(0x7468726d63743031)
-#define DEF_COOKIE UINT32_C(0x636e7463)
 #define COUNT_MAX (INT64_C(1) << 31)
 #define TOLERANCE_MOST 1e-2 /* that a definition may ask for */
 
 thrum_contact_def thrum_default_contact_def(void) {
   const thrum_contact_def def = {
-      .cookie = DEF_COOKIE, .pull_max = 1, .sweeps_max = 20, .tolerance = 1e-4};
+      .cookie = sizeof(thrum_contact_def), .pull_max = 1, .sweeps_max = 20, .tolerance = 1e-4};
   return def;
 }
 
@@ -94,7 +93,7 @@ static thrum_status check_points(const thrum_model *model, const thrum_contact_d
 static thrum_status check_def(const thrum_model *model, const thrum_state *state,
                               const thrum_contact_def *def, thrum_error *error) {
   THRUM_TRY(thrum_state_check(model, state, error));
-  if (!def || def->cookie != DEF_COOKIE)
+  if (!def || def->cookie != sizeof *def)
     return thrum_error_set(error, THRUM_UNINITIALISED_DEF,
                            "the contact's def was not made by thrum_default_contact_def");
   if (!model->basis || !model->vertices)

@@ -11,19 +11,14 @@
 #include "core/base/finite.h"
 
 #define PAIRS_MAGIC UINT64_C(0x7468726d70723031)
-#define DEF_COOKIE UINT32_C(0x70616972)
 #define LINKS_MAX 1024
 #define COUNT_MAX (INT64_C(1) << 62)
 #define THICKNESS 4e-3      /* of the smaller body's diagonal (docs/tuning.md) */
 #define TOLERANCE_MOST 1e-2 /* that a definition may ask for */
 
 thrum_contact_pairs_def thrum_default_contact_pairs_def(void) {
-  return (thrum_contact_pairs_def){.cookie = DEF_COOKIE,
-                                   .touch_max = 4096,
-                                   .friction = 0.5,
-                                   .restitution = 0.5,
-                                   .sweeps_max = 60,
-                                   .tolerance = 1e-4};
+  return (thrum_contact_pairs_def){.cookie = sizeof(thrum_contact_pairs_def),
+                                   THRUM_PAIRS_FIELDS(THRUM_VALUE)};
 }
 
 thrum_pairs_view thrum_pairs_view_of(const thrum_contact_pairs *pairs) {
@@ -56,7 +51,7 @@ static bool is_in(int64_t value, int64_t most) {
 }
 
 static thrum_status check_def(const thrum_contact_pairs_def *def, thrum_error *error) {
-  if (!def || def->cookie != DEF_COOKIE)
+  if (!def || def->cookie != sizeof *def)
     return thrum_error_set(error, THRUM_UNINITIALISED_DEF,
                            "the def of contact between bodies was not made by "
                            "thrum_default_contact_pairs_def");

@@ -13,20 +13,11 @@
 #include "runtime/contact/contact_private.h"
 #include "runtime/contact/obstacle_private.h"
 
-#define OBSTACLE_COOKIE UINT32_C(0x6f627374)
 #define NEARLY 1e-6 /* by which the axes of an obstacle may miss to be orthonormal */
 
 thrum_obstacle thrum_default_obstacle(void) {
-  const thrum_obstacle obstacle = {
-      .cookie = OBSTACLE_COOKIE,
-      .shape = THRUM_OBSTACLE_PLANE,
-      .normal = {0.0, 0.0, 1.0},
-      .radius = 1.0,
-      .half = {1.0, 1.0, 1.0},
-      .rotation = {1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0},
-      .restitution = 0.5,
-      .friction = 0.5,
-  };
+  const thrum_obstacle obstacle = {.cookie = sizeof(thrum_obstacle),
+                                   THRUM_OBSTACLE_FIELDS(THRUM_VALUE)};
   return obstacle;
 }
 
@@ -73,7 +64,7 @@ static thrum_status check_shape(const thrum_obstacle *o, int64_t index, thrum_er
 }
 
 thrum_status thrum_obstacle_check(const thrum_obstacle *o, int64_t index, thrum_error *error) {
-  if (o->cookie != OBSTACLE_COOKIE)
+  if (o->cookie != sizeof *o)
     return thrum_error_set(error, THRUM_UNINITIALISED_DEF,
                            "obstacle %lld was not made by thrum_default_obstacle",
                            (long long)index);

@@ -24,8 +24,8 @@
 /* --- a state ---------------------------------------------------------------------------------- */
 
 static thrum_status refuse(thrum_error *error, const char *name, double value, const char *range) {
-  return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
-                         "%s of the state's def is %g; it must be %s", name, value, range);
+  return thrum_error_set_field(error, name, THRUM_INVALID_ARGUMENT, " is %g; it must be %s", value,
+                               range);
 }
 
 /* Whether the law of some point is one that flows. */
@@ -80,20 +80,20 @@ thrum_status thrum_point_flow_check(const thrum_model *model, const thrum_state_
 
   // what flows
   if (!own && !some_law_flows(model))
-    return thrum_error_set(error, THRUM_UNSUPPORTED,
-                           "plastic.yield of the state's def is %g, and this model cannot flow: "
-                           "cubature points of the law corotational or neo-hookean do",
-                           plastic->yield);
+    return thrum_error_set_field(error, "plastic.yield", THRUM_UNSUPPORTED,
+                                 " is %g, and this model cannot flow: cubature points of the law "
+                                 "corotational or neo-hookean do",
+                                 plastic->yield);
   if (own && def->integrator != THRUM_INTEGRATOR_ENERGY)
     return thrum_error_set(error, THRUM_UNSUPPORTED,
                            "a region of this model has a yield of its own, and the integrator %s "
                            "does not step plastic flow: energy does",
                            thrum_integrator_name(def->integrator));
   if (def->integrator != THRUM_INTEGRATOR_ENERGY)
-    return thrum_error_set(error, THRUM_UNSUPPORTED,
-                           "plastic.yield of the state's def is %g, and the integrator %s does not "
-                           "step plastic flow: energy does",
-                           plastic->yield, thrum_integrator_name(def->integrator));
+    return thrum_error_set_field(error, "plastic.yield", THRUM_UNSUPPORTED,
+                                 " is %g, and the integrator %s does not step plastic flow: energy "
+                                 "does",
+                                 plastic->yield, thrum_integrator_name(def->integrator));
   return check_training(model, def, error);
 }
 

@@ -46,7 +46,7 @@ thrum_status thrum_embedding_load(const char *path, const thrum_embedding **embe
   unsigned char *file = NULL;
   size_t size = 0;
   THRUM_TRY(thrum_file_buffer_read(path, &file, &size, error));
-  thrum_error reason = {THRUM_OK, ""};
+  thrum_error reason = {.status = THRUM_OK};
   thrum_embedding_layout layout;
   thrum_status status = thrum_embedding_read(file, size, &layout, &reason);
   if (status == THRUM_OK)
@@ -81,7 +81,7 @@ thrum_status thrum_surface_load(const char *path, const thrum_model *model,
                            "thrum_surface_load: no model or no surface");
   const thrum_embedding *embedding = NULL;
   THRUM_TRY(thrum_embedding_load(path, &embedding, error));
-  thrum_error reason = {THRUM_OK, ""};
+  thrum_error reason = {.status = THRUM_OK};
   thrum_status status = make_surface(embedding, model, surface, &reason);
   thrum_embedding_free(embedding);
   return status == THRUM_OK ? status : thrum_file_buffer_fail(path, status, reason.message, error);

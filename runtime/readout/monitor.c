@@ -18,7 +18,6 @@
 #include "runtime/readout/stress_private.h"
 #include "runtime/readout/tet_strain.h"
 
-#define MONITOR_COOKIE UINT32_C(0x6d6f6e31)
 #define MONITOR_MAGIC UINT64_C(0x7468726d6d6f3031)
 #define SAMPLED 0.1     /* displacement that precompute's derivatives are scaled for, design 2 */
 #define NOTHING 1e-24   /* a load of which less than this part is left moves a body as a whole */
@@ -50,7 +49,7 @@ const char *thrum_warning_text(thrum_warning warning) {
 }
 
 thrum_monitor_def thrum_default_monitor_def(void) {
-  return (thrum_monitor_def){.cookie = MONITOR_COOKIE,
+  return (thrum_monitor_def){.cookie = sizeof(thrum_monitor_def),
                              .sampled_tet_count = SAMPLED_TETS,
                              .stretch_least = 1 / sqrt(3.0),
                              .reach_most = 3,
@@ -65,7 +64,7 @@ static thrum_status check_def(const thrum_model *model, const thrum_monitor_def 
                               thrum_error *error) {
   if (!model || !def)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "the model or the def is NULL");
-  if (def->cookie != MONITOR_COOKIE)
+  if (def->cookie != sizeof *def)
     return thrum_error_set(error, THRUM_UNINITIALISED_DEF,
                            "the def was not made by thrum_default_monitor_def");
   if (!model->basis || !model->tets)

@@ -24,7 +24,6 @@
 #include "core/step/state_def.h"
 #include "thrum/polynomial.h"
 
-#define DEF_COOKIE UINT32_C(0x65717569)
 #define ALIGNMENT 64
 #define CORRECTION 0.5   /* share of a step that Newton may change in it */
 #define SHORTEST 0x1p-20 /* share of the load so far: a step this short ends at a limit point */
@@ -40,7 +39,7 @@
 #define TOLERANCE_MOST 1e-2 /* that a definition may ask for */
 
 thrum_equilibrium_def thrum_default_equilibrium_def(void) {
-  const thrum_equilibrium_def def = {.cookie = DEF_COOKIE,
+  const thrum_equilibrium_def def = {.cookie = sizeof(thrum_equilibrium_def),
                                      .factor = 1.0,
                                      .first_step = 0.125,
                                      .tolerance = 1e-10,
@@ -88,7 +87,7 @@ static thrum_status refuse(thrum_error *error, const char *name, double value, c
 }
 
 static thrum_status check_def(const thrum_equilibrium_def *def, thrum_error *error) {
-  if (!def || def->cookie != DEF_COOKIE)
+  if (!def || def->cookie != sizeof *def)
     return thrum_error_set(error, THRUM_UNINITIALISED_DEF,
                            "the def was not made by thrum_default_equilibrium_def");
 

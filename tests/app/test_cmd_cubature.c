@@ -371,7 +371,7 @@ static void points_flow_and_their_account_closes(void **state) {
   static const struct {
     const char *says, *arguments[4];
   } cases[] = {
-      {"--yield: plastic.yield of the state's def is 0.02, and the integrator imexv",
+      {"--yield: plastic.yield is 0.02, and the integrator imexv",
        {"--yield", "0.02", "--integrator", "imexv"}},
       {"--stress is of a material that does not flow", {"--yield", "0.02", "--stress"}},
       {"--creep wants a --yield", {"--creep", "2"}},

@@ -1442,7 +1442,7 @@ static void scenes_are_answered_in_their_own_words(void **state) {
        "bodies[0].split: is 99; it must be 0 to"},
       {MESH ", \"condense\": 99", "bodies[0].condense: "},
       {"\"model\": \"beam.npz\", \"material\": {\"yield\": 0.1}",
-       "bodies[0].material.yield: this model cannot flow"},
+       "bodies[0].material.yield: is 0.1, and this model cannot flow"},
       {MESH ", \"integrator\": \"newmark\", \"loads\": \"square:0,0,-1e9@tip\", \"iterations\": 1, "
             "\"fallback\": false",
        "or allow more iterations\n"},

@@ -61,7 +61,7 @@ static thrum_status run(const thrum_model *model, thrum_state *state, thrum_erro
 int main(int argc, char **argv) {
   const thrum_model *model = NULL;
   thrum_state *state = NULL;
-  thrum_error error = {THRUM_OK, ""};
+  thrum_error error = {.status = THRUM_OK};
   print_layouts();
   if (argc != 2 || thrum_model_load(argv[1], &model, &error) < 0)
     return 1;

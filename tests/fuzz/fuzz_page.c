@@ -1,7 +1,7 @@
 /* Fuzz target of what the viewer's page does with its archive: the arrays of a model and a scene as
  * the page hands them over (docs/viewer.md), behind the checks that the page makes of them. An
  * input is decisions and numbers.
- * sources: scene/*.c viewer/bridge.c viewer/bridge_effects.c viewer/bridge_touches.c viewer/pick.c
+ * sources: scene/*.c viewer/page.c viewer/page_effects.c viewer/page_touches.c viewer/pick.c
  * core/[a-z]*[a-z]/*.c runtime/[a-z]*[a-z]/*.c SPDX-License-Identifier: Apache-2.0 */
 #include <float.h>
 
@@ -9,7 +9,7 @@
 #include "tests/fuzz/fuzz_file.h"
 
 // a page has its models for as long as it lives, and an input only for itself
-#include "viewer/bridge_model.c"
+#include "viewer/page_model.c"
 
 #define RANK_MOST 6
 #define VERTICES_MOST 8

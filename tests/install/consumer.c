@@ -19,7 +19,7 @@ int main(void) {
   model.c3 = &c3;
   model.c4 = &c4;
 
-  thrum_error error = {THRUM_OK, ""};
+  thrum_error error = {.status = THRUM_OK};
   thrum_state_def def = thrum_default_state_def();
   def.dt = 0.001;
   size_t size = 0;

@@ -18,7 +18,7 @@ int main(void) {
   model.c3 = &c3;
   model.c4 = &c4;
 
-  thrum_error error = {THRUM_OK, ""};
+  thrum_error error = {.status = THRUM_OK};
   thrum_scene *scene = NULL;
   thrum_scene_body_def def = thrum_default_scene_body_def();
   def.model = &model;

@@ -207,7 +207,7 @@ class Scenes(unittest.TestCase):
         other = thrum.Scene()
         first = other.add_body(model, "a", free=True, triangles=triangles)
         other.add_body(model, "b", free=True, triangles=triangles, position=(0, 0, 0.3 * height))
-        other.add_body(model, "c", free=True, triangles=triangles, collides=False)
+        other.add_body(model, "c", free=True, triangles=triangles, collide=False)
         other.set_collisions()
         overlap = other.find_overlap()
         self.assertIn(first, (overlap.body, overlap.other))

@@ -1420,7 +1420,7 @@ static void bodies_that_do_not_collide_pass(void **context) {
   fixture *f = *context;
   thrum_scene_body_def a = def_of(&f->block, 0, 0, 0, 1), b = def_of(&f->block, 0.5, 0, 0, 1);
   a.velocity[0] = 3;
-  b.collides = 0;
+  b.collide = 0;
   collide(f->scene, 0.5, 0.5);
   add(f->scene, &a);
   add(f->scene, &b);

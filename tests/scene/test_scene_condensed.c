@@ -319,7 +319,7 @@ static void what_cannot_be_condensed_is_refused(void **context) {
   def.condense = RANK;
   assert_int_equal(thrum_scene_add_body(scene, &def, NULL, &failure), THRUM_INVALID_ARGUMENT);
   def.condense = -1;
-  assert_int_equal(thrum_scene_add_body(scene, &def, NULL, &failure), THRUM_INVALID_ARGUMENT);
+  assert_int_equal(thrum_scene_add_body(scene, &def, NULL, &failure), THRUM_BAD_VALUE);
   def.condense = MASTERS;
   def.start_mode = MASTERS + 1;
   assert_int_equal(thrum_scene_add_body(scene, &def, NULL, &failure), THRUM_INVALID_ARGUMENT);

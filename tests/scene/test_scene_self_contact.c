@@ -252,7 +252,7 @@ static void what_passes_through_others_does_so_beside_its_own_touches(void **con
     made.p = p;
     made.position[2] = n == 0 ? 0 : 0.1;
     made.velocity[2] = n == 0 ? 1 : -1;
-    made.collides = n;
+    made.collide = n;
     made.self_contact = 1;
     MUST(thrum_scene_add_body(f->scene, &made, NULL, &failure));
   }

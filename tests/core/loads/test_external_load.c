@@ -168,7 +168,7 @@ static void vertices_out_of_range_are_refused_and_outputs_kept(void **state) {
     out[i] = 7;
 
   // vertices that do not exist
-  thrum_error error = {THRUM_OK, ""};
+  thrum_error error = {.status = THRUM_OK};
   const int64_t bad_vertices[] = {-1, VERTICES, INT64_MAX, INT64_MIN};
   for (int c = 0; c < 4; c++)
     assert_int_equal(thrum_load_add_vertex(&m.model, bad_vertices[c], force, out, &error),
@@ -201,7 +201,7 @@ static void forces_that_are_not_finite_are_refused_and_outputs_kept(void **state
     out[i] = 7;
 
   // the message names the axis and the vertex
-  thrum_error error = {THRUM_OK, ""};
+  thrum_error error = {.status = THRUM_OK};
   forces[3 * 20 + 1] = NAN;
   assert_int_equal(thrum_load_add_field(&m.model, forces, out, &error), THRUM_BAD_VALUE);
   assert_string_equal(error.message, "component y of the force at vertex 20 is not finite");

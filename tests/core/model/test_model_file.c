@@ -67,7 +67,7 @@ static int files_in(const char *path) {
 
 // saves a model and returns the size of its file, whose bytes go to `bytes`
 static size_t save_bytes(const thrum_model *model, unsigned char *bytes) {
-  thrum_error error = {THRUM_OK, ""};
+  thrum_error error = {.status = THRUM_OK};
   const char *path = in_folder("saved.npz");
   if (thrum_model_save(path, model, &error) != THRUM_OK)
     fail_msg("%s", error.message);
@@ -101,7 +101,7 @@ static void crc32_gives_the_published_check_value(void **state) {
 
 static void check_round_trip(const thrum_model *model) {
   size_t size = save_bytes(model, file_bytes);
-  thrum_error error = {THRUM_OK, ""};
+  thrum_error error = {.status = THRUM_OK};
   thrum_model view;
   if (thrum_model_view(file_bytes, size, &view, &error) != THRUM_OK)
     fail_msg("%s", error.message);
@@ -138,7 +138,7 @@ static void empty_groups_and_empty_meta_survive(void **state) {
   thrum_model model = sample_model();
   model.group_count = model.group_name_bytes = model.group_vertex_count = model.meta_bytes = 0;
   check_round_trip(&model);
-  thrum_error error = {THRUM_OK, ""};
+  thrum_error error = {.status = THRUM_OK};
   const int32_t *vertices = NULL;
   int64_t count = 0;
   assert_null(thrum_model_group_name(&model, 0));
@@ -167,7 +167,7 @@ static void every_array_of_a_saved_model_is_aligned_to_64_bytes(void **state) {
 
 // reads the file into memory of exactly the planned size; *model points into that memory
 static void init_exactly(const unsigned char *file, size_t size, const thrum_model **model) {
-  thrum_error error = {THRUM_OK, ""};
+  thrum_error error = {.status = THRUM_OK};
   size_t needed = 0;
   if (thrum_model_size(file, size, &needed, &error) != THRUM_OK)
     fail_msg("%s", error.message);
@@ -194,7 +194,7 @@ static void init_exactly(const unsigned char *file, size_t size, const thrum_mod
 
 static void view_init_and_load_agree(void **state) {
   (void)state;
-  thrum_error error = {THRUM_OK, ""};
+  thrum_error error = {.status = THRUM_OK};
   thrum_model model = sample_model(), view;
   size_t size = save_bytes(&model, file_bytes);
   assert_int_equal(thrum_model_view(file_bytes, size, &view, &error), THRUM_OK);
@@ -231,7 +231,7 @@ static void a_laid_out_model_outlives_its_file(void **state) {
 
 // reads a file as numpy.savez makes it: extra fields of 20 bytes, and no array aligned
 static void check_savez_form(archive_extra extra) {
-  thrum_error error = {THRUM_OK, ""};
+  thrum_error error = {.status = THRUM_OK};
   archive a = archive_sample();
   archive_set_extra(&a, extra);
   size_t size = archive_build(&a, file_bytes);
@@ -271,7 +271,7 @@ static void files_of_numpy_savez_are_copied_and_loaded_but_not_viewed(void **sta
 
 static void a_buffer_that_is_not_aligned_is_not_viewed(void **state) {
   (void)state;
-  thrum_error error = {THRUM_OK, ""};
+  thrum_error error = {.status = THRUM_OK};
   thrum_model model = sample_model(), view;
   size_t size = save_bytes(&model, file_bytes);
   for (size_t shift = 1; shift < 64; shift++) {
@@ -296,7 +296,7 @@ static void every_truncation_is_refused(void **state) {
     memcpy(end_first, file_bytes + size - cut, cut);
 
     // neither the first nor the last bytes of a file are a model
-    thrum_error error = {THRUM_OK, ""};
+    thrum_error error = {.status = THRUM_OK};
     assert_true(thrum_model_view(piece, cut, &view, &error) < 0);
     assert_true(error.status < 0 && error.message[0] != '\0');
     assert_true(thrum_model_size(end_first, cut, &needed, &error) < 0);
@@ -390,7 +390,7 @@ static void damage_under_a_right_checksum_is_refused_or_a_valid_model(void **sta
 
     // the reader accepts a valid model or refuses with a message of one line
     size_t size = archive_build(&a, file_bytes);
-    thrum_error error = {THRUM_OK, ""};
+    thrum_error error = {.status = THRUM_OK};
     const thrum_model *model = NULL;
     if (thrum_model_init(memory, sizeof memory, file_bytes, size, &model, &error) == THRUM_OK) {
       assert_int_equal(thrum_model_check(model, NULL), THRUM_OK);
@@ -407,7 +407,7 @@ static void damage_under_a_right_checksum_is_refused_or_a_valid_model(void **sta
 
 static void groups_are_found_by_name(void **state) {
   (void)state;
-  thrum_error error = {THRUM_OK, ""};
+  thrum_error error = {.status = THRUM_OK};
   thrum_model model = sample_model();
   const int32_t *vertices = NULL;
   int64_t count = 0;
@@ -434,7 +434,7 @@ static void groups_are_found_by_name(void **state) {
 
 static void a_file_that_cannot_be_loaded_is_named(void **state) {
   (void)state;
-  thrum_error error = {THRUM_OK, ""};
+  thrum_error error = {.status = THRUM_OK};
   const thrum_model *model = NULL;
 
   // paths without a file behind them
@@ -465,7 +465,7 @@ static void a_file_that_cannot_be_loaded_is_named(void **state) {
 
 static void a_missing_argument_is_refused(void **state) {
   (void)state;
-  thrum_error error = {THRUM_OK, ""};
+  thrum_error error = {.status = THRUM_OK};
   thrum_model view, model = sample_model();
   const thrum_model *loaded = NULL;
   size_t size = save_bytes(&model, file_bytes), needed = 0;
@@ -497,7 +497,7 @@ static void expect_old_file(const char *path) {
 
 static void a_full_disk_leaves_the_old_file_and_nothing_else(void **state) {
   (void)state;
-  thrum_error error = {THRUM_OK, ""};
+  thrum_error error = {.status = THRUM_OK};
   thrum_model model = sample_model();
   size_t size = save_bytes(&model, file_bytes);
 
@@ -530,7 +530,7 @@ static void a_full_disk_leaves_the_old_file_and_nothing_else(void **state) {
 
 static void a_read_only_folder_is_left_as_it_was(void **state) {
   (void)state;
-  thrum_error error = {THRUM_OK, ""};
+  thrum_error error = {.status = THRUM_OK};
   thrum_model model = sample_model();
   char closed[512], path[600];
 
@@ -564,7 +564,7 @@ static void a_read_only_folder_is_left_as_it_was(void **state) {
 
 static void targets_that_are_no_files_are_refused(void **state) {
   (void)state;
-  thrum_error error = {THRUM_OK, ""};
+  thrum_error error = {.status = THRUM_OK};
   thrum_model model = sample_model();
   int files = files_in(folder);
 
@@ -617,7 +617,7 @@ static void new_files_follow_the_umask(void **state) {
 
 static void npy_vectors_and_matrices_are_read_back(void **state) {
   (void)state;
-  thrum_error error = {THRUM_OK, ""};
+  thrum_error error = {.status = THRUM_OK};
   unsigned char file[192 + sizeof sample_basis];
   const char *path = in_folder("q.npy");
 

@@ -44,13 +44,13 @@ static void python(const char *script) {
 }
 
 static void save(const char *path, const thrum_model *model) {
-  thrum_error error = {THRUM_OK, ""};
+  thrum_error error = {.status = THRUM_OK};
   if (thrum_model_save(path, model, &error) != THRUM_OK)
     fail_msg("%s", error.message);
 }
 
 static void expect_sample(const char *path) {
-  thrum_error error = {THRUM_OK, ""};
+  thrum_error error = {.status = THRUM_OK};
   thrum_model sample = sample_model();
   const thrum_model *model = NULL;
   if (thrum_model_load(path, &model, &error) != THRUM_OK)
@@ -60,7 +60,7 @@ static void expect_sample(const char *path) {
 }
 
 static void expect_refused(const char *path, thrum_status status, const char *words) {
-  thrum_error error = {THRUM_OK, ""};
+  thrum_error error = {.status = THRUM_OK};
   const thrum_model *model = NULL;
   thrum_status got = thrum_model_load(path, &model, &error);
   if (got != status || strstr(error.message, words) == NULL ||
@@ -167,7 +167,7 @@ static void npy_files_pass_both_ways(void **state) {
   (void)state;
 
   // a matrix of the sample's basis as Thrum writes it
-  thrum_error error = {THRUM_OK, ""};
+  thrum_error error = {.status = THRUM_OK};
   unsigned char bytes[192 + sizeof sample_basis];
   size_t header = thrum_npy_header_f8(bytes, 15, 2);
   memcpy(bytes + header, sample_basis, sizeof sample_basis);
@@ -246,7 +246,7 @@ static void the_energy_of_the_format_page_is_that_of_the_runtime(void **state) {
 
 static void the_model_by_hand_of_the_format_page_is_a_model(void **state) {
   (void)state;
-  thrum_error error = {THRUM_OK, ""};
+  thrum_error error = {.status = THRUM_OK};
   const thrum_model *model = NULL;
   python(DOCS_BLOCKS);
   if (thrum_model_load("duffing.npz", &model, &error) != THRUM_OK)

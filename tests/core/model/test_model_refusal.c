@@ -21,7 +21,7 @@ static _Alignas(64) unsigned char memory[ARCHIVE_MAX];
 // the three readers refuse alike, with `words` in the message, and leave their outputs as they were
 static void check_bytes(size_t size, thrum_status status, const char *words) {
   // a view is refused with its message of one line
-  thrum_error error = {THRUM_OK, ""};
+  thrum_error error = {.status = THRUM_OK};
   thrum_model view, before;
   memset(&view, 0x5A, sizeof view);
   memset(&before, 0x5A, sizeof before);
@@ -49,7 +49,7 @@ static void refused(const archive *a, thrum_status status, const char *words) {
 }
 
 static void accepted(const archive *a) {
-  thrum_error error = {THRUM_OK, ""};
+  thrum_error error = {.status = THRUM_OK};
   const thrum_model *model = NULL;
   thrum_model sample = sample_model();
   size_t size = archive_build(a, file_bytes);
@@ -569,7 +569,7 @@ static void materials_marks_and_names_make_sense(void **state) {
 
 // a model made by hand is refused by the check and by the writer, which writes nothing
 static void refused_by_hand(const thrum_model *model, thrum_status status, const char *words) {
-  thrum_error error = {THRUM_OK, ""};
+  thrum_error error = {.status = THRUM_OK};
   thrum_status got = thrum_model_check(model, &error);
   if (got != status || strstr(error.message, words) == NULL)
     fail_msg("wanted %d '%s', got %d '%s'", status, words, got, error.message);
@@ -622,7 +622,7 @@ static void models_made_by_hand_are_checked_alike(void **state) {
 
 static void four_gib_are_refused_before_anything_is_read_or_written(void **state) {
   (void)state;
-  thrum_error error = {THRUM_OK, ""};
+  thrum_error error = {.status = THRUM_OK};
   thrum_model m = sample_polynomial();
 
   // the array is far shorter than that: reading it would be caught

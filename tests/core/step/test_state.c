@@ -34,7 +34,7 @@ static void expect_same_bytes(const thrum_state *state, const void *snapshot) {
 static void expect_refused(const thrum_model *model, const thrum_state_def *def,
                            thrum_status expected, const char *named) {
   size_t size = 77;
-  thrum_error error = {THRUM_OK, ""};
+  thrum_error error = {.status = THRUM_OK};
   assert_int_equal(thrum_state_size(model, def, &size, &error), expected);
   assert_int_equal(error.status, expected);
   assert_int_equal(size, 77);
@@ -721,7 +721,7 @@ a_failed_step_leaves_every_byte_and_the_run_goes_on_as_if_it_had_not_been(void *
 
       // the step fails each time, and names its number
       for (int k = 0; k < 3; k++) {
-        thrum_error error = {THRUM_OK, ""};
+        thrum_error error = {.status = THRUM_OK};
         assert_int_equal(thrum_step(&m.model, state, &error), THRUM_NOT_FINITE);
         assert_int_equal(error.status, THRUM_NOT_FINITE);
         assert_non_null(strstr(error.message, "step 30"));
@@ -762,7 +762,7 @@ static void a_step_that_does_not_converge_leaves_every_byte(void **context) {
       void *kept = state_snapshot(state);
 
       // the message says that more iterations may help, in words for programs and scenes alike
-      thrum_error error = {THRUM_OK, ""};
+      thrum_error error = {.status = THRUM_OK};
       assert_int_equal(thrum_step(&m.model, state, &error), THRUM_NOT_CONVERGED);
       assert_non_null(strstr(error.message, "allow more iterations"));
       expect_same_bytes(state, kept);

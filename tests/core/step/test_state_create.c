@@ -35,7 +35,7 @@ static void creation_refuses_what_size_refuses(void **context) {
   random_model_make(&m, 3, RANK, 1.0, 30.0, 0.4);
   thrum_state_def def = imexv_def();
   thrum_state *state = NULL;
-  thrum_error error = {THRUM_OK, ""};
+  thrum_error error = {.status = THRUM_OK};
   assert_int_equal(thrum_state_create(&m.model, &def, NULL, &error), THRUM_INVALID_ARGUMENT);
   assert_int_equal(thrum_state_create(NULL, &def, &state, NULL), THRUM_INVALID_ARGUMENT);
   def.dt = -1.0;
@@ -96,7 +96,7 @@ static void a_number_or_a_text_that_names_nothing_is_refused(void **context) {
 
   // a refusal lists the names that there are, and leaves the output as it was
   thrum_integrator found = THRUM_INTEGRATOR_VERLET;
-  thrum_error error = {THRUM_OK, ""};
+  thrum_error error = {.status = THRUM_OK};
   assert_int_equal(thrum_integrator_from_name("euler", &found, &error), THRUM_INVALID_ARGUMENT);
   assert_int_equal((int)found, THRUM_INTEGRATOR_VERLET);
   assert_string_equal(error.message,
@@ -177,7 +177,7 @@ static void many_steps_end_before_the_one_that_fails(void **context) {
   state_put(&m.model, state, q, NULL);
 
   int64_t made = -1;
-  thrum_error error = {THRUM_OK, ""};
+  thrum_error error = {.status = THRUM_OK};
   assert_int_equal(thrum_steps(&m.model, state, 10000, &made, &error), THRUM_NOT_FINITE);
   assert_true(made < 10000);
   assert_int_equal(made, thrum_state_report_get(state).steps);

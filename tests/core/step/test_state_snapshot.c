@@ -58,7 +58,7 @@ static thrum_status restore(fixture *f, thrum_error *error) {
 
 /* Restoring is refused with this status and this word, and the state stays as it was. */
 static void expect_refused(fixture *f, thrum_status expected, const char *named) {
-  thrum_error error = {THRUM_OK, ""};
+  thrum_error error = {.status = THRUM_OK};
   void *before = state_snapshot(f->state);
   const thrum_status status = restore(f, &error);
   if (status != expected || !strstr(error.message, named))
@@ -198,7 +198,7 @@ static void other_versions_and_byte_orders_are_refused_by_name(void **context) {
   unsigned char *foreign = malloc(size);
   assert_non_null(foreign);
   assert_int_equal(thrum_state_snapshot(other, foreign, size, NULL), THRUM_OK);
-  thrum_error error = {THRUM_OK, ""};
+  thrum_error error = {.status = THRUM_OK};
   assert_int_equal(thrum_state_restore(&f.m.model, f.state, foreign, size, &error),
                    THRUM_MODEL_MISMATCH);
   assert_non_null(strstr(error.message, "of another model"));

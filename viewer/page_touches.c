@@ -1,6 +1,6 @@
 /* Where bodies touch obstacles and each other, to be marked in the picture.
  * SPDX-License-Identifier: Apache-2.0 */
-#include "bridge.h"
+#include "page.h"
 
 #include <stdbool.h>
 

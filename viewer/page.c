@@ -5,7 +5,7 @@
  * results of several numbers are left in bridge_numbers.
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#include "bridge.h"
+#include "page.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -86,7 +86,7 @@ int32_t EXPORT(bridge_add_body)(int32_t model, int32_t integrator, int32_t rank,
   def.free = free_body;
   def.triangles = of->triangles;
   def.triangle_count = of->triangle_count;
-  def.collides = n[19] != 0.0;
+  def.collide = n[19] != 0.0;
   def.self_contact = n[20] != 0.0;
   def.coupled = n[21] != 0.0;
   def.touch = of->touch;

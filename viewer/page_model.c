@@ -1,6 +1,6 @@
 /* The models of a page, of arrays that JavaScript brings.
  * SPDX-License-Identifier: Apache-2.0 */
-#include "bridge.h"
+#include "page.h"
 #include "thrum/polynomial.h"
 
 #include <string.h>

@@ -1,21 +1,17 @@
 /* The functions that JavaScript calls: libthrum and its scenes, with numbers and addresses.
  *
- * Objects are addresses in the module's memory, 0 stands for a failure, and js_message says why it
- * failed. Functions that return a thrum_status return it as it is. Arguments of several numbers lie
- * in the array of js_numbers, in the order that each function names, and so do results.
+ * Objects are addresses in the module's memory, 0 stands for a js_failure, and js_message says why
+ * it failed. Functions that return a thrum_status return it as it is. Arguments of several numbers
+ * lie in the array of js_numbers, in the order that each function names, and so do results.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include <stdlib.h>
 #include <string.h>
 
-#include "thrum/scene.h"
+#include "javascript/bridge.h"
 
-#define EXPORT(name) __attribute__((export_name(#name))) name
-
-#define NUMBERS 64
-
-static double numbers[NUMBERS];
-static thrum_error failure;
+double js_number[NUMBERS];
+thrum_error js_failure;
 
 /* A model, and the memory that it lies in. */
 typedef struct js_model {
@@ -24,11 +20,11 @@ typedef struct js_model {
 } js_model;
 
 double *EXPORT(js_numbers)(void) {
-  return numbers;
+  return js_number;
 }
 
 const char *EXPORT(js_message)(void) {
-  return failure.message;
+  return js_failure.message;
 }
 
 const char *EXPORT(js_version)(void) {
@@ -48,7 +44,7 @@ void EXPORT(js_free)(void *memory) {
 static void *room(thrum_status status, size_t size) {
   void *memory = status >= 0 ? js_alloc(size) : NULL;
   if (status >= 0 && memory == NULL)
-    thrum_error_set(&failure, THRUM_OUT_OF_MEMORY, "there is no memory left");
+    thrum_error_set(&js_failure, THRUM_OUT_OF_MEMORY, "there is no memory left");
   return memory;
 }
 
@@ -75,19 +71,19 @@ static js_model *model_of(thrum_status status, void *memory, const thrum_model *
 js_model *EXPORT(js_model_load)(const void *file, size_t size) {
   size_t needed = 0;
   const thrum_model *model = NULL;
-  void *memory = room(thrum_model_size(file, size, &needed, &failure), needed);
+  void *memory = room(thrum_model_size(file, size, &needed, &js_failure), needed);
   if (memory == NULL)
     return NULL;
-  return model_of(thrum_model_init(memory, needed, file, size, &model, &failure), memory, model);
+  return model_of(thrum_model_init(memory, needed, file, size, &model, &js_failure), memory, model);
 }
 
 js_model *EXPORT(js_model_condense)(const js_model *of, int32_t masters) {
   size_t needed = 0;
   const thrum_model *model = NULL;
-  void *memory = room(thrum_model_condense_size(of->model, masters, &needed, &failure), needed);
+  void *memory = room(thrum_model_condense_size(of->model, masters, &needed, &js_failure), needed);
   if (memory == NULL)
     return NULL;
-  return model_of(thrum_model_condense(memory, needed, of->model, masters, &model, &failure),
+  return model_of(thrum_model_condense(memory, needed, of->model, masters, &model, &js_failure),
                   memory, model);
 }
 
@@ -96,11 +92,16 @@ js_model *EXPORT(js_model_scale)(const js_model *of, double length, double stiff
   const thrum_model_scaling by = {length, stiffness, density};
   size_t needed = 0;
   const thrum_model *model = NULL;
-  void *memory = room(thrum_model_scale_size(of->model, &needed, &failure), needed);
+  void *memory = room(thrum_model_scale_size(of->model, &needed, &js_failure), needed);
   if (memory == NULL)
     return NULL;
-  return model_of(thrum_model_scale(memory, needed, of->model, &by, &model, &failure), memory,
+  return model_of(thrum_model_scale(memory, needed, of->model, &by, &model, &js_failure), memory,
                   model);
+}
+
+/* What scenes take: the model alone. */
+const thrum_model *EXPORT(js_model_pointer)(const js_model *of) {
+  return of->model;
 }
 
 /* States, scenes and models made from it must be gone. */
@@ -113,18 +114,18 @@ void EXPORT(js_model_free)(js_model *model) {
  * their names, vertices of all groups, bytes of meta, laws of regions, bytes of the one law. */
 void EXPORT(js_model_sizes)(const js_model *of) {
   const thrum_model *shape = thrum_condensed_shape_model(of->model);
-  numbers[0] = (double)of->model->rank;
-  numbers[1] = (double)shape->rank;
-  numbers[2] = (double)thrum_model_masters(of->model);
-  numbers[3] = (double)shape->vertex_count;
-  numbers[4] = (double)shape->tet_count;
-  numbers[5] = (double)shape->region_count;
-  numbers[6] = (double)shape->group_count;
-  numbers[7] = (double)shape->group_name_bytes;
-  numbers[8] = (double)shape->group_vertex_count;
-  numbers[9] = (double)shape->meta_bytes;
-  numbers[10] = (double)shape->law_count;
-  numbers[11] = (double)shape->law_bytes;
+  js_number[0] = (double)of->model->rank;
+  js_number[1] = (double)shape->rank;
+  js_number[2] = (double)thrum_model_masters(of->model);
+  js_number[3] = (double)shape->vertex_count;
+  js_number[4] = (double)shape->tet_count;
+  js_number[5] = (double)shape->region_count;
+  js_number[6] = (double)shape->group_count;
+  js_number[7] = (double)shape->group_name_bytes;
+  js_number[8] = (double)shape->group_vertex_count;
+  js_number[9] = (double)shape->meta_bytes;
+  js_number[10] = (double)shape->law_count;
+  js_number[11] = (double)shape->law_bytes;
 }
 
 /* Array `which` of a model, NULL where it has none: omega2, vertices, tets, fixed, material, basis,
@@ -142,13 +143,14 @@ const void *EXPORT(js_model_array)(const js_model *of, int32_t which) {
  * all of the body for NULL. */
 int32_t EXPORT(js_load_force)(const js_model *of, const int32_t *vertices, int32_t count,
                               double *reduced) {
-  return thrum_load_add_shared(thrum_condensed_shape_model(of->model), vertices, count, numbers,
-                               reduced, &failure);
+  return thrum_load_add_shared(thrum_condensed_shape_model(of->model), vertices, count, js_number,
+                               reduced, &js_failure);
 }
 
 /* reduced += an acceleration (numbers: x, y, z). */
 int32_t EXPORT(js_load_gravity)(const js_model *of, double *reduced) {
-  return thrum_load_add_gravity(thrum_condensed_shape_model(of->model), numbers, reduced, &failure);
+  return thrum_load_add_gravity(thrum_condensed_shape_model(of->model), js_number, reduced,
+                                &js_failure);
 }
 
 /* The force on the stepped coordinates at x of a load on all that show the model. */
@@ -165,13 +167,13 @@ void EXPORT(js_condensed_shape)(const js_model *of, const double *x, const doubl
 
 /* q += the multiple of a basis vector under which no vertex moves further than the amplitude. */
 int32_t EXPORT(js_mode_add)(const js_model *of, int32_t mode, double amplitude, double *q) {
-  return thrum_mode_add(thrum_condensed_shape_model(of->model), mode, amplitude, q, &failure);
+  return thrum_mode_add(thrum_condensed_shape_model(of->model), mode, amplitude, q, &js_failure);
 }
 
 /* Displacements of all vertices at q. */
 int32_t EXPORT(js_displacement)(const js_model *of, const double *q, double *out) {
   const thrum_model *shape = thrum_condensed_shape_model(of->model);
-  return thrum_displacement(shape, q, 0, shape->vertex_count, out, &failure);
+  return thrum_displacement(shape, q, 0, shape->vertex_count, out, &js_failure);
 }
 
 /* Stress at the nodes of a model, which must stay. numbers: how many there are, 1 where stress is
@@ -180,12 +182,12 @@ void *EXPORT(js_stress_nodes_make)(const js_model *of) {
   const thrum_model *shape = thrum_condensed_shape_model(of->model);
   size_t size = 0;
   const thrum_stress_nodes *nodes = NULL;
-  void *memory = room(thrum_stress_nodes_size(shape, &size, &failure), size);
+  void *memory = room(thrum_stress_nodes_size(shape, &size, &js_failure), size);
   if (memory == NULL)
     return NULL;
-  void *made = laid(thrum_stress_nodes_init(memory, size, shape, &nodes, &failure), memory);
-  numbers[0] = (double)thrum_stress_nodes_count(nodes);
-  numbers[1] = thrum_stress_nodes_extrapolated(nodes);
+  void *made = laid(thrum_stress_nodes_init(memory, size, shape, &nodes, &js_failure), memory);
+  js_number[0] = (double)thrum_stress_nodes_count(nodes);
+  js_number[1] = thrum_stress_nodes_extrapolated(nodes);
   return made;
 }
 
@@ -205,9 +207,9 @@ int32_t EXPORT(js_stress_nodes_read)(const js_model *of, const thrum_stress_node
   double *u = room(THRUM_OK, 3 * (size_t)shape->vertex_count * sizeof *u);
   if (u == NULL)
     return THRUM_OUT_OF_MEMORY;
-  thrum_status status = thrum_displacement(shape, q, 0, shape->vertex_count, u, &failure);
-  THRUM_THEN(status, thrum_stress_nodes_read(nodes, u, out,
-                                             out + 6 * thrum_stress_nodes_count(nodes), &failure));
+  thrum_status status = thrum_displacement(shape, q, 0, shape->vertex_count, u, &js_failure);
+  THRUM_THEN(status, thrum_stress_nodes_read(
+                         nodes, u, out, out + 6 * thrum_stress_nodes_count(nodes), &js_failure));
   free(u);
   return status;
 }
@@ -217,15 +219,15 @@ int32_t EXPORT(js_von_mises)(const js_model *of, const double *q, double *out) {
   const thrum_stress_points_def def = {0};
   const thrum_model *shape = thrum_condensed_shape_model(of->model);
   size_t size = 0;
-  THRUM_TRY(thrum_stress_points_size(shape, &def, &size, &failure));
+  THRUM_TRY(thrum_stress_points_size(shape, &def, &size, &js_failure));
   void *memory = room(THRUM_OK, size);
   if (memory == NULL)
     return THRUM_OUT_OF_MEMORY;
 
   const thrum_stress_points *points = NULL;
   const thrum_stress_points_output output = {.von_mises = out};
-  thrum_status status = thrum_stress_points_init(memory, size, shape, &def, &points, &failure);
-  THRUM_THEN(status, thrum_stress_points_read(points, q, NULL, &output, &failure));
+  thrum_status status = thrum_stress_points_init(memory, size, shape, &def, &points, &js_failure);
+  THRUM_THEN(status, thrum_stress_points_read(points, q, NULL, &output, &js_failure));
   free(memory);
   return status;
 }
@@ -235,7 +237,7 @@ int32_t EXPORT(js_von_mises)(const js_model *of, const double *q, double *out) {
 int32_t EXPORT(js_equilibrium)(const js_model *of, const double *load, double *q) {
   const thrum_equilibrium_def def = thrum_default_equilibrium_def();
   size_t size = 0;
-  THRUM_TRY(thrum_equilibrium_size(of->model, &size, &failure));
+  THRUM_TRY(thrum_equilibrium_size(of->model, &size, &js_failure));
   void *workspace = room(THRUM_OK, size);
   if (workspace == NULL)
     return THRUM_OUT_OF_MEMORY;
@@ -243,14 +245,14 @@ int32_t EXPORT(js_equilibrium)(const js_model *of, const double *load, double *q
   // q stays as it was when the search fails
   thrum_equilibrium_report report;
   const thrum_status status = thrum_equilibrium(of->model, &def, load, q, NULL, workspace, size,
-                                                NULL, NULL, &report, &failure);
+                                                NULL, NULL, &report, &js_failure);
   free(workspace);
   if (status < 0)
     return status;
-  numbers[0] = report.factor;
-  numbers[1] = report.energy;
-  numbers[2] = report.least;
-  numbers[3] = report.critical;
+  js_number[0] = report.factor;
+  js_number[1] = report.energy;
+  js_number[2] = report.least;
+  js_number[3] = report.critical;
   return status;
 }
 
@@ -279,7 +281,7 @@ static thrum_state_def state_def(int32_t integrator, const double *at) {
 /* The number of an integrator's name; below 0: none of that name. */
 int32_t EXPORT(js_integrator)(const char *name) {
   thrum_integrator found;
-  const thrum_status status = thrum_integrator_from_name(name, &found, &failure);
+  const thrum_status status = thrum_integrator_from_name(name, &found, &js_failure);
   return status < 0 ? (int32_t)status : (int32_t)found;
 }
 
@@ -291,9 +293,9 @@ const char *EXPORT(js_name)(int32_t number, int32_t scheme) {
 
 /* numbers: as state_def. */
 thrum_state *EXPORT(js_state_make)(const js_model *of, int32_t integrator) {
-  const thrum_state_def def = state_def(integrator, numbers);
+  const thrum_state_def def = state_def(integrator, js_number);
   thrum_state *state = NULL;
-  return thrum_state_create(of->model, &def, &state, &failure) < 0 ? NULL : state;
+  return thrum_state_create(of->model, &def, &state, &js_failure) < 0 ? NULL : state;
 }
 
 void EXPORT(js_state_free)(thrum_state *state) {
@@ -302,32 +304,32 @@ void EXPORT(js_state_free)(thrum_state *state) {
 
 int32_t EXPORT(js_state_set)(const js_model *of, thrum_state *state, const double *q,
                              const double *p) {
-  return thrum_state_set(of->model, state, q, p, &failure);
+  return thrum_state_set(of->model, state, q, p, &js_failure);
 }
 
 int32_t EXPORT(js_state_get)(const js_model *of, thrum_state *state, double *q, double *p) {
-  return thrum_state_get(of->model, state, q, p, &failure);
+  return thrum_state_get(of->model, state, q, p, &js_failure);
 }
 
 int32_t EXPORT(js_state_force)(const js_model *of, thrum_state *state, const double *force) {
-  return thrum_state_set_force(of->model, state, force, &failure);
+  return thrum_state_set_force(of->model, state, force, &js_failure);
 }
 
 int32_t EXPORT(js_state_dt)(const js_model *of, thrum_state *state, double dt) {
-  return thrum_state_set_dt(of->model, state, dt, &failure);
+  return thrum_state_set_dt(of->model, state, dt, &js_failure);
 }
 
 int32_t EXPORT(js_state_step)(const js_model *of, thrum_state *state, double count) {
-  return thrum_steps(of->model, state, (int64_t)count, NULL, &failure);
+  return thrum_steps(of->model, state, (int64_t)count, NULL, &js_failure);
 }
 
 /* numbers: kinetic, potential, total. */
 int32_t EXPORT(js_state_energies)(const js_model *of, thrum_state *state) {
   thrum_energies energies;
-  THRUM_TRY(thrum_state_energies(of->model, state, &energies, &failure));
-  numbers[0] = energies.kinetic;
-  numbers[1] = energies.potential;
-  numbers[2] = energies.total;
+  THRUM_TRY(thrum_state_energies(of->model, state, &energies, &js_failure));
+  js_number[0] = energies.kinetic;
+  js_number[1] = energies.potential;
+  js_number[2] = energies.total;
   return THRUM_OK;
 }
 
@@ -348,7 +350,7 @@ static void put_report(const thrum_state_report *report, double *at) {
 /* numbers: as put_report. */
 void EXPORT(js_state_report)(const thrum_state *state) {
   const thrum_state_report report = thrum_state_report_get(state);
-  put_report(&report, numbers);
+  put_report(&report, js_number);
 }
 
 size_t EXPORT(js_state_snapshot_size)(const thrum_state *state) {
@@ -356,28 +358,28 @@ size_t EXPORT(js_state_snapshot_size)(const thrum_state *state) {
 }
 
 int32_t EXPORT(js_state_snapshot)(const thrum_state *state, void *memory, size_t size) {
-  return thrum_state_snapshot(state, memory, size, &failure);
+  return thrum_state_snapshot(state, memory, size, &js_failure);
 }
 
 int32_t EXPORT(js_state_restore)(const js_model *of, thrum_state *state, const void *memory,
                                  size_t size) {
-  return thrum_state_restore(of->model, state, memory, size, &failure);
+  return thrum_state_restore(of->model, state, memory, size, &js_failure);
 }
 
 /* --- batches -----------------------------------------------------------------------------------
  */
 
-/* Workspace of a batch, and its bytes into numbers[0]; freed by js_free. */
+/* Workspace of a batch, and its bytes into js_number[0]; freed by js_free. */
 void *EXPORT(js_batch_make)(const js_model *of) {
   size_t size = 0;
-  void *workspace = room(thrum_batch_size(of->model, &size, &failure), size);
-  numbers[0] = (double)size;
+  void *workspace = room(thrum_batch_size(of->model, &size, &js_failure), size);
+  js_number[0] = (double)size;
   return workspace;
 }
 
 int32_t EXPORT(js_batch_step)(const js_model *of, thrum_state *const *states, int32_t count,
                               thrum_status *statuses, void *workspace, size_t size) {
-  return thrum_batch_step(of->model, states, count, statuses, workspace, size, &failure);
+  return thrum_batch_step(of->model, states, count, statuses, workspace, size, &js_failure);
 }
 
 /* --- surfaces ----------------------------------------------------------------------------------
@@ -393,10 +395,10 @@ void *EXPORT(js_surface_make)(const js_model *of, const int32_t *vertices, int32
   const thrum_model *shape = thrum_condensed_shape_model(of->model);
   size_t size = 0;
   const thrum_surface *surface = NULL;
-  void *memory = room(thrum_surface_size(shape, &def, &size, &failure), size);
+  void *memory = room(thrum_surface_size(shape, &def, &size, &js_failure), size);
   if (memory == NULL)
     return NULL;
-  return laid(thrum_surface_init(memory, size, shape, &def, &surface, &failure), memory);
+  return laid(thrum_surface_init(memory, size, shape, &def, &surface, &js_failure), memory);
 }
 
 int32_t EXPORT(js_surface_count)(const thrum_surface *surface) {
@@ -406,10 +408,10 @@ int32_t EXPORT(js_surface_count)(const thrum_surface *surface) {
 /* Positions of all its vertices at q, three floats each. */
 int32_t EXPORT(js_surface_positions)(const thrum_surface *surface, const double *q, float *out) {
   return thrum_surface_positions(surface, THRUM_SURFACE_POSITIONS, q, 0,
-                                 thrum_surface_vertex_count(surface), out, 3, &failure);
+                                 thrum_surface_vertex_count(surface), out, 3, &js_failure);
 }
 
 int32_t EXPORT(js_surface_normals)(const thrum_surface *surface, const float *positions,
                                    float *normals) {
-  return thrum_surface_normals(surface, positions, 3, normals, 3, &failure);
+  return thrum_surface_normals(surface, positions, 3, normals, 3, &js_failure);
 }

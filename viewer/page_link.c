@@ -1,6 +1,6 @@
 /* Links between bodies of a page, of sides that `thrum view` made of the whole meshes.
  * SPDX-License-Identifier: Apache-2.0 */
-#include "bridge.h"
+#include "page.h"
 
 #include <string.h>
 

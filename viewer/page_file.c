@@ -2,7 +2,7 @@
 #include <stdint.h>
 #include <stdlib.h>
 
-#include "bridge.h"
+#include "page.h"
 
 static void *opened;                    // the arrays of the file that was opened last
 static const thrum_model *opened_model; // in it; NULL: none

@@ -1,7 +1,7 @@
 /* The parts that the page makes of a scene file that is dropped: of models with their whole meshes
  * what links and coupled bodies need, the surfaces of obstacles, and which body lies in something.
  * SPDX-License-Identifier: Apache-2.0 */
-#include "bridge.h"
+#include "page.h"
 
 #include <string.h>
 

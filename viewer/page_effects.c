@@ -3,7 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "bridge.h"
+#include "page.h"
 
 #define MOTIONS_MAX 16
 
