@@ -21,8 +21,8 @@
 #include "thrum/polynomial.h"
 
 #define COOKIE 0x52455350u /* "RESP" */
-#define STABILITY_STEPS_LEAST 64
-#define STABILITY_STEPS_EACH 16 /* for each harmonic */
+#define STABILITY_STEPS_LEAST 48
+#define STABILITY_STEPS_EACH 6 /* for each harmonic */
 #define STEP_FIRST 0.1          /* of the longest */
 #define STEP_LEAST 1e-9         /* of the longest: where it is shorter the curve is lost */
 #define GROW 1.5

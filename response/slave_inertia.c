@@ -18,7 +18,10 @@
 
 void thrum_slave_inertia_lay(thrum_slave_inertia *s, thrum_room *room) {
   s->second = thrum_room_take(room, s->count * s->rank * s->rank);
-  s->along = thrum_room_take(room, 3 * s->count * s->rank);
+  s->first = thrum_room_take(room, s->count * s->rank);
+  s->rows = thrum_room_take(room, 3 * s->count * s->rank);
+  s->columns = thrum_room_take(room, s->rank * s->count);
+  s->products = thrum_room_take(room, 3 * s->rank);
   s->pull = thrum_room_take(room, s->count);
 }
 
@@ -35,47 +38,69 @@ void thrum_slave_inertia_fill(thrum_slave_inertia *s, const thrum_model *stepped
   }
 }
 
+/* first, turn and bend (rank each) = the symmetric `second` (rank x rank) times x, v and a. */
+static void multiply(int64_t r, const double *restrict second, const double *x, const double *v,
+                     const double *a, double *restrict first, double *restrict turn,
+                     double *restrict bend) {
+  for (int64_t i = 0; i < r; i++)
+    first[i] = turn[i] = bend[i] = 0;
+  for (int64_t j = 0; j < r; j++) {
+    const double *restrict row = second + j * r;
+    const double xj = x[j], vj = v[j], aj = a[j];
+    for (int64_t i = 0; i < r; i++) {
+      first[i] += row[i] * xj;
+      turn[i] += row[i] * vj;
+      bend[i] += row[i] * aj;
+    }
+  }
+}
+
 double thrum_slave_inertia_force(thrum_slave_inertia *s, const double *x, const double *v,
                                  const double *a, double *force, double *loss) {
-  const int64_t r = s->rank, block = s->count * r;
+  const int64_t r = s->rank;
   double kinetic = 0, taken = 0;
-  memset(s->along, 0, (size_t)(3 * block) * sizeof *s->along);
-  thrum_matrix_product(block, r, s->second, x, s->along);
-  thrum_matrix_product(block, r, s->second, v, s->along + block);
-  thrum_matrix_product(block, r, s->second, a, s->along + 2 * block);
   for (int64_t h = 0; h < s->count; h++) {
-    const double *first = s->along + h * r, *turn = first + block;
+    double *first = s->first + h * r, *bend = s->rows + 3 * h * r, *turn = bend + r;
+    const double damping = s->damping != NULL ? s->damping[h] : 0;
     double rate = 0, pull = 0;
+    multiply(r, s->second + h * r * r, x, v, a, first, turn, bend);
     for (int64_t i = 0; i < r; i++) {
       rate += first[i] * v[i];
       pull += first[i] * a[i] + turn[i] * v[i];
     }
     kinetic += 0.5 * rate * rate;
-    if (s->damping != NULL) {
-      taken += s->damping[h] * rate * rate;
-      pull += s->damping[h] * rate;
+    taken += damping * rate * rate;
+    s->pull[h] = pull + damping * rate;
+
+    // what the derivatives are made of
+    for (int64_t i = 0; i < r; i++) {
+      bend[i] += damping * turn[i];
+      turn[i] = 2 * turn[i] + damping * first[i];
+      turn[r + i] = first[i];
     }
-    s->pull[h] = pull;
   }
-  thrum_matrix_product_transposed(s->count, r, s->along, s->pull, force);
+  thrum_matrix_product_transposed(s->count, r, s->first, s->pull, force);
   *loss = taken;
   return kinetic;
 }
 
 void thrum_slave_inertia_matrices(const thrum_slave_inertia *s, double *by_x, double *by_v,
                                   double *by_a) {
-  const int64_t r = s->rank, block = s->count * r;
-  memset(by_v, 0, (size_t)(r * r) * sizeof *by_v);
-  memset(by_a, 0, (size_t)(r * r) * sizeof *by_a);
+  const int64_t r = s->rank;
   thrum_matrix_product_transposed(s->count, r * r, s->second, s->pull, by_x);
-  for (int64_t h = 0; h < s->count; h++) {
-    const double *first = s->along + h * r, *turn = first + block, *bend = turn + block;
-    const double damping = s->damping != NULL ? s->damping[h] : 0;
+  for (int64_t h = 0; h < s->count; h++)
     for (int64_t i = 0; i < r; i++)
-      for (int64_t j = 0; j < r; j++) {
-        by_x[i * r + j] += first[i] * (bend[j] + damping * turn[j]);
-        by_v[i * r + j] += first[i] * (2 * turn[j] + damping * first[j]);
-        by_a[i * r + j] += first[i] * first[j];
-      }
+      s->columns[i * s->count + h] = s->first[h * r + i];
+
+  // a row of all three at once
+  for (int64_t i = 0; i < r; i++) {
+    double *products = s->products;
+    memset(products, 0, (size_t)(3 * r) * sizeof *products);
+    thrum_matrix_product_transposed(s->count, 3 * r, s->rows, s->columns + i * s->count, products);
+    for (int64_t j = 0; j < r; j++) {
+      by_x[i * r + j] += products[j];
+      by_v[i * r + j] = products[r + j];
+      by_a[i * r + j] = products[2 * r + j];
+    }
   }
 }

@@ -10,8 +10,11 @@ typedef struct thrum_slave_inertia {
   int64_t count, rank;   /* slaves, masters; count 0: there is none */
   const double *damping; /* count [1/s]; NULL: none */
   double *second;        /* count x rank x rank: d2y/dx2 */
-  double *along;         /* 3 x count x rank: these times x, x' and x'' */
-  double *pull;          /* count: y'' + d y' */
+  double *first;         /* count x rank: dy/dx at x */
+  double *rows; /* count x 3 rank: what dy/dx is multiplied with in the derivatives by x, x', x'' */
+  double *columns;  /* rank x count: dy/dx, transposed */
+  double *products; /* 3 rank */
+  double *pull;     /* count: y'' + d y' */
 } thrum_slave_inertia;
 
 /* Takes room for the arrays; count and rank are set before. */

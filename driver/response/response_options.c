@@ -134,7 +134,7 @@ static const config_option options[] = {
                   AT(amplitude), CONFIG_ABOVE(0)),
     OPTION_SWITCH("stability", "on", "whether each motion is stable, and where that changes",
                   AT(stability)),
-    OPTION_COUNT("stability-steps", "16 a harmonic, and 64 at least",
+    OPTION_COUNT("stability-steps", "6 a harmonic, and 48 at least",
                  "steps a period in which that is found", AT(stability_steps),
                  CONFIG_RANGE(1, 100000)),
     OPTION_NUMBER("step", NULL, "0.05",

@@ -212,6 +212,7 @@ static void multipliers_of_a_linear_oscillator_are_exponentials(void **context) 
   def.to = 3;
   def.damping = &o.d;
   def.load_sine = load;
+  def.stability_steps = 128;
   curve *c = follow(&o.model, &def);
   for (int n = 0; n < c->count; n++) {
     const double period = 2 * pi / c->points[n].omega, *found = c->multipliers[n];
@@ -255,6 +256,7 @@ static void every_motion_balances_its_energy_and_solves_the_equation(void **cont
   several s;
   several_make(&s, 0.004);
   s.def.harmonics = 12;
+  s.def.stability_steps = 192;
   curve *c = follow(&s.m.model, &s.def);
   assert_int_equal(c->report.end, THRUM_RESPONSE_END_ARRIVED);
   assert_true(c->report.balance < 1e-9);
