@@ -70,7 +70,7 @@ typedef struct thrum_response_def {
   /* 1: the stability of each point, and the places where it changes; 0: folds alone. Default 1. */
   int32_t stability;
 
-  /* Steps a period in which stability is found; 0, the default: 16 for each harmonic, and 64 at
+  /* Steps a period in which stability is found; 0, the default: 6 for each harmonic, and 48 at
    * least. Larger: exponents are more accurate, by the fourth power. */
   int32_t stability_steps;
 
