@@ -228,14 +228,13 @@ static void advance(const thrum_solver *s) {
 static double balance(const thrum_solver *s, const thrum_step_start *from) {
   thrum_state_view *view = s->view;
   const thrum_solve_report *report = s->report;
-  const double alpha = s->state->def.damping_alpha, beta = s->state->def.damping_beta;
   const double *load = view->load, *p = from->p, *p_end = view->p_corrected_next;
   double work = 0.0, dissipated = 0.0, kinetic = 0.0, square = 0.0;
   for (int32_t i = 0; i < s->n; i++) {
     const double d = view->q_next[i] - from->q[i];
     work += load[i] * d;
     dissipated +=
-        (alpha + beta * s->model->omega2[i]) * (view->speed[i] * d * (view->speed[i] * d));
+        thrum_rest_damping(s->model, s->state, i) * (view->speed[i] * d * (view->speed[i] * d));
     kinetic += (p[i] - p_end[i]) * (p[i] + p_end[i]);
     square += p[i] * p[i];
   }

@@ -51,14 +51,15 @@ static double tangent_form(const thrum_model *model, const thrum_state *state,
   thrum_tangent_product_by(view->kernel, model, middle, b, view->product, view->work);
   for (int32_t i = 0; i < state->rank; i++) {
     const double a = part_of(model, state, view, own, i).a;
-    sum += a * (state->def.damping_alpha * b[i] + state->def.damping_beta * view->product[i]);
+    sum += a * (thrum_mass_damping(model, state, i) * b[i] +
+                state->def.damping_beta * view->product[i]);
   }
   return sum;
 }
 
 double thrum_step_dissipation(const thrum_model *model, const thrum_state *state,
                               const thrum_state_view *view) {
-  if (state->def.damping_alpha == 0.0 && state->def.damping_beta == 0.0)
+  if (!thrum_is_damped(model, state))
     return 0.0;
   const thrum_scheme_row *row = thrum_row_of(state);
   const int32_t own = row->own_modes ? row->own_modes(model, state) : 0;

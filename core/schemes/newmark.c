@@ -26,7 +26,7 @@
 /* total += R(q) + D v, v in `velocity`. Overwrites view->force and view->product. */
 static void add_forces(const thrum_model *model, const thrum_state *state, thrum_state_view *view,
                        const double *q, const double *velocity, double *total) {
-  const double alpha = state->def.damping_alpha, beta = state->def.damping_beta;
+  const double beta = state->def.damping_beta;
   const bool tangent = thrum_tangent_damped(state);
   thrum_internal_force_by(view->kernel, model, q, view->force, view->work);
   if (tangent)
@@ -35,7 +35,8 @@ static void add_forces(const thrum_model *model, const thrum_state *state, thrum
   // D v is alpha v + beta times T v or omega^2 v
   for (int32_t i = 0; i < state->rank; i++) {
     const double stiff = tangent ? view->product[i] : model->omega2[i] * velocity[i];
-    total[i] += view->force[i] + (alpha * velocity[i] + beta * stiff);
+    const double own = thrum_mass_damping(model, state, i) * velocity[i];
+    total[i] += view->force[i] + (own + beta * stiff);
   }
 }
 

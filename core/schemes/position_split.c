@@ -112,9 +112,11 @@ static thrum_status step_damped(const thrum_model *model, const thrum_state *sta
   // the step between has no damping of its own
   thrum_state undamped = *state;
   undamped.def.damping_alpha = undamped.def.damping_beta = 0.0;
+  thrum_model bare = *model;
+  bare.damping = NULL;
   thrum_state_view inner = *view;
   inner.p = view->p_damped;
-  THRUM_TRY(step(model, &undamped, &inner, report));
+  THRUM_TRY(step(&bare, &undamped, &inner, report));
   const double kept = kinetic(state, view->p_damped) - kinetic(state, view->p_next);
   if (!damp(model, state, view, view->q_next, view->p_next, view->p_next))
     return THRUM_NOT_CONVERGED;

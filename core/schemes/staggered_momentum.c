@@ -22,7 +22,8 @@
 #include "core/schemes/schemes.h"
 
 /* LU factors of 1 + h/2 D_EE with the T in view->tangent, into jacobian_next. */
-static thrum_status factor_damped(const thrum_state *state, thrum_state_view *view) {
+static thrum_status factor_damped(const thrum_model *model, const thrum_state *state,
+                                  thrum_state_view *view) {
   const int32_t n = thrum_staggered_modes(state);
   const double half = 0.5 * state->def.dt;
   double *matrix = view->jacobian_next;
@@ -30,7 +31,7 @@ static thrum_status factor_damped(const thrum_state *state, thrum_state_view *vi
     const double *row = view->tangent + (size_t)i * (size_t)state->rank;
     for (int32_t j = 0; j < n; j++)
       matrix[(size_t)i * (size_t)n + (size_t)j] = half * state->def.damping_beta * row[j];
-    matrix[(size_t)i * (size_t)n + (size_t)i] += 1.0 + half * state->def.damping_alpha;
+    matrix[(size_t)i * (size_t)n + (size_t)i] += 1.0 + half * thrum_mass_damping(model, state, i);
   }
 
   // T may be indefinite, and so may the matrix: LU, not Cholesky
@@ -71,7 +72,7 @@ thrum_status thrum_staggered_kick(const thrum_model *model, const thrum_state *s
   const int32_t n = thrum_staggered_modes(state);
 
   // without damping there is nothing to divide by
-  if (state->def.damping_alpha == 0.0 && state->def.damping_beta == 0.0) {
+  if (!thrum_is_damped(model, state)) {
     for (int32_t i = 0; i < n; i++) {
       const double load = 0.5 * (view->load_before[i] + view->load[i]);
       view->p_next[i] = view->p[i] - h * (view->force[i] - load);
@@ -91,16 +92,16 @@ thrum_status thrum_staggered_kick(const thrum_model *model, const thrum_state *s
   }
 
   // tangent form: both halves of the damping with T at q_k, D_EI p_I on the right
-  const double alpha = 0.5 * h * state->def.damping_alpha;
   const double beta = h * state->def.damping_beta;
   thrum_tangent_stiffness_by(view->kernel, model, view->q, view->tangent, view->work);
   for (int32_t i = 0; i < n; i++) {
     const double load = 0.5 * (view->load_before[i] + view->load[i]);
+    const double alpha = 0.5 * h * thrum_mass_damping(model, state, i);
     view->p_next[i] = (1.0 - alpha) * view->p[i] - h * (view->force[i] - load);
   }
   subtract_tangent(state, view, 0.5 * beta, 0, n, view->p_next);
   subtract_tangent(state, view, beta, n, state->rank, view->p_next);
-  THRUM_TRY(factor_damped(state, view));
+  THRUM_TRY(factor_damped(model, state, view));
   solve_damped(state, view, view->p_next);
 
   // the synchronised p, for which the factors are there
@@ -143,7 +144,7 @@ thrum_status thrum_staggered_synchronise(const thrum_model *model, const thrum_s
   }
   thrum_tangent_stiffness_by(view->kernel, model, view->q, view->tangent, view->work);
   subtract_tangent(state, view, half * state->def.damping_beta, n, state->rank, view->p_next);
-  THRUM_TRY(factor_damped(state, view));
+  THRUM_TRY(factor_damped(model, state, view));
   solve_damped(state, view, view->p_next);
   return THRUM_OK;
 }
@@ -165,9 +166,9 @@ thrum_status thrum_staggered_unsynchronise(const thrum_model *model, const thrum
 
   // the half kick backwards is explicit: D acts on the p that is known
   for (int32_t i = 0; i < n; i++) {
-    const double damped =
-        tangent ? state->def.damping_alpha * p[i] + state->def.damping_beta * view->product[i]
-                : thrum_rest_damping(model, state, i) * p[i];
+    const double damped = tangent ? thrum_mass_damping(model, state, i) * p[i] +
+                                        state->def.damping_beta * view->product[i]
+                                  : thrum_rest_damping(model, state, i) * p[i];
     const double load = load_before ? load_before[i] : 0.0;
     p[i] += half * (view->force[i] + damped - load);
   }

@@ -156,6 +156,13 @@ double thrum_problem_residual(const thrum_solver *s) {
     total[i] = force[i] + twice * d[i] + damped - load[i];
     residual[i] = mass[i] * (d[i] - kick[i]) + weight * total[i];
   }
+  // damping of single modes, which most bodies have not
+  const double *own = s->model->damping;
+  for (int32_t i = s->first; own && i < rank; i++) {
+    const double damped = drag[i] * (own[i] * velocity[i]);
+    total[i] += damped;
+    residual[i] += weight * damped;
+  }
   const double *left = residual + s->first;
   return sqrt(thrum_sum_of(s->n, left, left, view->unscale + s->first));
 }
@@ -182,7 +189,7 @@ bool thrum_problem_accept(const thrum_solver *s, double norm, double step) {
 
 void thrum_problem_assemble(const thrum_solver *s, bool stiffness_there) {
   double *matrix = s->view->jacobian_next;
-  const double alpha = s->state->def.damping_alpha, beta = s->state->def.damping_beta;
+  const double beta = s->state->def.damping_beta;
   if (!stiffness_there)
     s->stiffness(s, matrix);
 
@@ -192,7 +199,8 @@ void thrum_problem_assemble(const thrum_solver *s, bool stiffness_there) {
     const double rest = s->tangent ? 0.0 : beta * s->model->omega2[(size_t)s->first + i];
     const size_t mode = (size_t)s->first + i;
     const double mass = s->view->mass[mode];
-    const double damped = s->view->speed[mode] * s->view->drag[mode] / mass * (alpha + rest);
+    const double damped = s->view->speed[mode] * s->view->drag[mode] / mass *
+                          (thrum_mass_damping(s->model, s->state, (int64_t)mode) + rest);
     matrix[i * n + i] += mass * (1.0 + s->weight * s->rate * damped);
   }
 }

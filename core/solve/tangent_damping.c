@@ -18,7 +18,7 @@ bool thrum_tangent_damping_solve(const thrum_model *model, const thrum_state *st
   for (size_t a = 0; a < rank * rank; a++)
     matrix[a] *= share * state->def.damping_beta;
   for (size_t i = 0; i < rank; i++)
-    matrix[i * rank + i] += 1.0 + share * state->def.damping_alpha;
+    matrix[i * rank + i] += 1.0 + share * thrum_mass_damping(model, state, (int64_t)i);
 
   // T may be indefinite, and so may the matrix: LU, not Cholesky
   int32_t *pivots = (int32_t *)(void *)view->pivots_next;

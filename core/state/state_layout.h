@@ -324,10 +324,22 @@ static inline bool thrum_tangent_damped(const thrum_state *state) {
   return state->def.damping_form == THRUM_DAMPING_TANGENT && state->def.damping_beta != 0.0;
 }
 
-/* Damping of a mode at rest, alpha + beta omega_i^2 [1/s]. */
+/* Damping of a mode that goes with its mass: alpha, and what the mode has of its own [1/s]. */
+static inline double thrum_mass_damping(const thrum_model *model, const thrum_state *state,
+                                        int64_t i) {
+  const double alpha = state->def.damping_alpha;
+  return model->damping ? alpha + model->damping[i] : alpha;
+}
+
+/* Damping of a mode at rest, that and beta omega_i^2 [1/s]. */
 static inline double thrum_rest_damping(const thrum_model *model, const thrum_state *state,
                                         int64_t i) {
-  return state->def.damping_alpha + state->def.damping_beta * model->omega2[i];
+  return thrum_mass_damping(model, state, i) + state->def.damping_beta * model->omega2[i];
+}
+
+/* True where anything damps. */
+static inline bool thrum_is_damped(const thrum_model *model, const thrum_state *state) {
+  return state->def.damping_alpha != 0.0 || state->def.damping_beta != 0.0 || model->damping;
 }
 
 #endif

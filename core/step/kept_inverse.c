@@ -38,8 +38,8 @@ static double take_parts(const thrum_solver *s, double *diagonal) {
     const int32_t mode = s->first + i;
     const double rest = s->tangent ? 0.0 : beta * s->model->omega2[mode];
     const double mass = s->view->mass[mode];
-    const double damped =
-        s->view->speed[mode] * s->view->drag[mode] / mass * (s->state->def.damping_alpha + rest);
+    const double damped = s->view->speed[mode] * s->view->drag[mode] / mass *
+                          (thrum_mass_damping(s->model, s->state, mode) + rest);
     diagonal[i] = mass * (1.0 + s->weight * s->rate * damped);
   }
   return s->weight * (s->at + (s->tangent ? s->rate * beta : 0.0));

@@ -243,9 +243,7 @@ static thrum_status say_failure(const thrum_state *state, thrum_status status, t
 
 /* Finds what the step dissipated, for the balances that follow and for the report. */
 static void find_dissipation(const thrum_model *model, thrum_step_run *run) {
-  const thrum_state_def *def = &run->next.def;
-  const bool damped = def->damping_alpha > 0.0 || def->damping_beta > 0.0;
-  if (damped && !run->report.dissipation_known)
+  if (thrum_is_damped(model, &run->next) && !run->report.dissipation_known)
     run->report.dissipation = thrum_step_dissipation(model, &run->next, &run->view);
   run->report.dissipation_known = true;
 }

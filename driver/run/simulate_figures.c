@@ -76,7 +76,8 @@ bool simulate_condensed_believed(double inertia_share, double energy_defect, dou
 
 void simulate_figures_end(simulate_figures *figures) {
   const thrum_state_def *def = &figures->request->def;
-  const bool damped = def->damping_alpha > 0 || def->damping_beta > 0 || figures->plastic_work > 0;
+  const bool damped = def->damping_alpha > 0 || def->damping_beta > 0 ||
+                      figures->plastic_work > 0 || damping_spec_given(&figures->request->modal);
 
   // damping and plastic flow lower the energy of free motion, so its change is no drift; growth it
   // is all the more

@@ -60,6 +60,14 @@ static thrum_status take_against_mesh(const config_given *given, void *request) 
   return scaled_option_take(given, endings, scales, &((simulate_request *)request)->against_mesh);
 }
 
+static thrum_status take_ratios(const config_given *given, void *request) {
+  return damping_spec_take_ratios(given, &((simulate_request *)request)->modal);
+}
+
+static thrum_status take_quality(const config_given *given, void *request) {
+  return damping_spec_take_quality(given, &((simulate_request *)request)->modal);
+}
+
 static const char *const frames_in[] = {"base", "ground", NULL};
 
 #define AGAINST_FILES "against_mesh.csv and a plot"
@@ -123,6 +131,8 @@ static const config_option options[] = {
                 .take = take_against_mesh, .wants = "a time such as 60s"),
 
     OPTION_GROUP(solver_options, "the integrators", AT(def)),
+    OPTION_DAMPING_RATIO(take_ratios),
+    OPTION_QUALITY(take_quality),
     OPTION_HEADING("plastic flow"),
     OPTION_GROUP(plastic_options, "", AT(def.plastic)),
     OPTION_HEADING("the full order"),
@@ -258,6 +268,9 @@ static int check_full(simulate_request *request) {
   // damping and measures that are made of the reduced polynomial are refused as well
   if (def->damping_form == THRUM_DAMPING_TANGENT)
     return config_usage("simulate", "--full takes --damping-form rest only");
+  if (damping_spec_given(&request->modal))
+    return config_usage("simulate", "--full has no modes that %s could damp; take --damping",
+                        request->modal.by_quality ? "--q" : "--damping-ratio");
   if (request->condense > 0 || request->rank > 0)
     return config_usage("simulate", "--%s is of a reduced model; leave it out with --full",
                         request->condense > 0 ? "condense" : "rank");
@@ -299,6 +312,12 @@ static int finish(simulate_request *request) {
 
   if (request->threads > 1 && !is_scene_name(request->model_path))
     return config_usage("simulate", "--threads is of a scene: one body is stepped by one thread");
+
+  // the mesh beside a model is damped as the mesh is
+  if (damping_spec_given(&request->modal) &&
+      (request->against_mesh > 0 || is_scene_name(request->model_path)))
+    return config_usage("simulate", "%s is of the modes of one model; take --damping",
+                        request->modal.by_quality ? "--q" : "--damping-ratio");
 
   // an option without effect would let a user believe that another integrator stepped
   const char *idle = split_option_without_effect(&request->def);

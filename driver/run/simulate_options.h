@@ -6,6 +6,7 @@
 #include "driver/make/mesh_model.h"
 #include "driver/spec/base_motion_spec.h"
 #include "driver/spec/basis_asked.h"
+#include "driver/spec/damping_spec.h"
 #include "driver/spec/load_spec.h"
 #include "driver/spec/start_spec.h"
 #include "precompute/full/full.h"
@@ -21,6 +22,7 @@ typedef struct simulate_request {
   mesh_model_def mesh_def; /* where model_path is a mesh, of the full order */
   const char *run_path;
   thrum_state_def def;
+  damping_spec modal;   /* the ratios of modes; its Rayleigh part is in def */
   double time;          /* to simulate [s] */
   int64_t steps;        /* the same in steps */
   int64_t rank;         /* coordinates to step, the lowest; 0: all */

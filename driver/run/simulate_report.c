@@ -76,6 +76,7 @@ cJSON *simulate_options_json(const simulate_request *request) {
   json_number(object, "dt", def->dt);
   json_number(object, "time", request->time);
   json_numbers(object, "damping", (const double[]){def->damping_alpha, def->damping_beta}, 2);
+  json_numbers(object, "damping_ratios", request->modal.ratios, request->modal.ratio_count);
   cJSON_AddStringToObject(object, "damping_form", thrum_damping_form_name(def->damping_form));
   add_split(object, def);
   json_numbers(object, "newmark", (const double[]){def->newmark_beta, def->newmark_gamma}, 2);

@@ -17,6 +17,8 @@
 
 typedef struct reduced_stepper {
   const simulate_request *request;
+  thrum_model damped;       /* a copy with the damping of its modes, where there is any; */
+  double *rates;            /* owned */
   const thrum_model *model; /* that is stepped, */
   const thrum_model *shape; /* and shown: another where coordinates follow */
   stepper_loads loads;      /* in coordinates of the shape */
@@ -224,6 +226,7 @@ static void close_reduced(void *stepper) {
   stepper_spin_close(&self->spin);
   condensed_check_close(&self->check);
   free(self->load);
+  free(self->rates);
   free(self);
 }
 
@@ -240,6 +243,18 @@ static const driver_stepper_kind reduced = {
     .close = close_reduced,
 };
 
+/* Steps a copy of the model in which each mode has its damping ratio. */
+static thrum_status damp_modes(reduced_stepper *self, thrum_error *error) {
+  const thrum_model *model = self->model;
+  THRUM_TRY(
+      thrum_reserve(&self->rates, model->rank, sizeof *self->rates, "a run of this model", error));
+  damping_spec_rates(&self->request->modal, model->omega2, model->rank, self->rates);
+  self->damped = *model;
+  self->damped.damping = self->rates;
+  self->model = &self->damped;
+  return THRUM_OK;
+}
+
 thrum_status driver_stepper_reduced(const simulate_request *request, const thrum_model *model,
                                     driver_stepper *stepper, thrum_error *error) {
   return driver_stepper_reduced_from(request, model, NULL, NULL, stepper, error);
@@ -255,14 +270,16 @@ thrum_status driver_stepper_reduced_from(const simulate_request *request, const 
   *stepper = (driver_stepper){&reduced, self};
   self->request = request;
   self->model = model;
-  self->shape = thrum_condensed_shape_model(model);
+  if (damping_spec_given(&request->modal))
+    THRUM_TRY(damp_modes(self, error));
+  self->shape = thrum_condensed_shape_model(self->model);
   THRUM_TRY(thrum_reserve(&self->load, 2 * (size_t)self->shape->rank, sizeof *self->load,
                           "a run of this model", error));
   self->middle = self->load + self->shape->rank;
 
   // how far a condensed body can be believed is a question of the monitor
-  if (self->shape != model && request->monitor)
-    THRUM_TRY(condensed_check_open(model, &self->check, error));
+  if (self->shape != self->model && request->monitor)
+    THRUM_TRY(condensed_check_open(self->model, &self->check, error));
   THRUM_TRY(stepper_loads_open(request, self->shape->rank, &self->loads, error));
   THRUM_TRY(reduce_loads(self, error));
   return set_start(self, q, p, error);

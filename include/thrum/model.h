@@ -158,6 +158,11 @@ typedef struct thrum_model {
    * the inertia of a free body's shape in place of a mesh; NULL: of the mesh. Files hold none, and
    * a locked, scaled or condensed model has none. */
   const double *inertia;
+  /* Damping that each coordinate has beside that of a state's def, D = alpha + beta omega^2 + this
+   * (rank) [1/s], finite and >= 0: 2 zeta omega for a damping ratio zeta. The caller's; NULL: none.
+   * Files hold none, and a locked, scaled or condensed model has none: set it of a copy of the
+   * struct, and step with that. What follows in a condensed model is not damped by it. */
+  const double *damping;
   /* thrum_model_unit_energy [J] of a model without its tetrahedra, by which thrum_model_condense
    * tells what stretches the body; 0: not known. Files hold none. */
   double unit_energy;

@@ -20,13 +20,15 @@
 /* Makes the matrix from T(q) in jacobian_next, and the right-hand side in p_next from R(q) in
  * force. */
 static void assemble(const thrum_model *model, const thrum_state *state, thrum_state_view *view) {
-  const double h = state->def.dt, alpha = state->def.damping_alpha, beta = state->def.damping_beta;
+  const double h = state->def.dt, beta = state->def.damping_beta;
   const bool tangent = thrum_tangent_damped(state);
   const size_t rank = (size_t)state->rank;
   for (size_t i = 0; i < rank; i++) {
     double *row = view->jacobian_next + i * rank, stiff = 0.0;
     for (size_t j = 0; j < rank; j++)
       stiff += row[j] * view->p[j];
+
+    const double alpha = thrum_mass_damping(model, state, (int64_t)i);
 
     // D p is alpha p + beta times T p or omega^2 p
     const double damped =

@@ -108,7 +108,7 @@ static void damp(const motion *m, const double *d) {
     thrum_tangent_product_by(view->kernel, m->model, view->middle, d, view->product, view->work);
   for (int64_t i = 0; i < m->masters; i++) {
     const double stiff = tangent ? view->product[i] : m->model->omega2[i] * d[i];
-    view->product[i] = def->damping_alpha * d[i] + def->damping_beta * stiff;
+    view->product[i] = thrum_mass_damping(m->model, m->state, i) * d[i] + def->damping_beta * stiff;
   }
 }
 
@@ -139,7 +139,7 @@ static void evaluate(const motion *m) {
 /* The inverse of the Jacobian at the present increment into jacobian_next; false: there is none. */
 static bool make_inverse(const motion *m, thrum_solve_report *report) {
   thrum_state_view *view = m->view;
-  const double h = m->state->def.dt, mass = 2.0 / h + m->state->def.damping_alpha;
+  const double h = m->state->def.dt;
   const int64_t k = m->masters;
   double *matrix = view->jacobian_next;
   thrum_tangent_stiffness_by(view->kernel, m->model, view->middle, view->tangent, view->work);
@@ -148,7 +148,8 @@ static bool make_inverse(const motion *m, thrum_solve_report *report) {
   for (int64_t n = 0; n < k * k; n++)
     matrix[n] = stiff * view->tangent[n];
   for (int64_t i = 0; i < k; i++)
-    matrix[i * k + i] += mass + (thrum_tangent_damped(m->state) ? 0.0 : beta * m->model->omega2[i]);
+    matrix[i * k + i] += 2.0 / h + thrum_mass_damping(m->model, m->state, i) +
+                         (thrum_tangent_damped(m->state) ? 0.0 : beta * m->model->omega2[i]);
 
   // the mass of the slaves, and their damping
   thrum_follow_slopes(&m->follow, view->middle, m->slopes);
@@ -293,7 +294,7 @@ bool thrum_manifold_predict(const thrum_model *model, const thrum_state *state,
                             thrum_state_view *view, const double *load, double *moved,
                             double *answers) {
   const motion m = motion_of(model, state, view);
-  const double h = state->def.dt, alpha = state->def.damping_alpha;
+  const double h = state->def.dt;
   const int64_t k = m.masters;
   double *matrix = view->jacobian_next, *rest = view->residual;
 
@@ -316,7 +317,7 @@ bool thrum_manifold_predict(const thrum_model *model, const thrum_state *state,
         matrix[i * k + j] += share * m.slopes[s * k + j];
     }
   for (int64_t i = 0; i < k; i++)
-    matrix[i * k + i] += 1.0 + 0.5 * h * alpha +
+    matrix[i * k + i] += 1.0 + 0.5 * h * thrum_mass_damping(model, state, i) +
                          (0.5 * h * state->def.damping_beta + 0.25 * h * h) * model->omega2[i];
 
   if (!thrum_dense_invert(view->kernel, matrix, (int32_t)k, view->work))

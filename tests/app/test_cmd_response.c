@@ -109,6 +109,28 @@ static void a_run_goes_on_from_a_point_of_the_curve(void **state) {
   free(end);
 }
 
+static void a_run_with_damping_ratios_is_back_after_ten_periods(void **state) {
+  (void)state;
+  cJSON_Delete(
+      object_of(thrum_run(folder, "response", "beam.npz", "--load", LOAD, "--damping-ratio",
+                          "0.02,0.001", "--condense", "none", "--from", "64", "--to", "70",
+                          "--start", "1", "-o", "ratio", "--json", NULL),
+                0));
+  cJSON *object =
+      object_of(thrum_run(folder, "simulate", "beam.npz", "--load", LOAD ",f=64", "--damping-ratio",
+                          "0.02,0.001", "--start", "ratio/point_1.npy", "--dt", "6.103515625e-05",
+                          "--time", "0.15625", "-o", "run", "--json", "-q", NULL),
+                0);
+  const cJSON *work = cJSON_GetObjectItemCaseSensitive(object, "work");
+  assert_true(fabs(json_value(work, "dissipated_j") / json_value(work, "load_j") - 1) < 1e-3);
+  double *begin = numbers_of("ratio/point_1.npy", 2, 5), *end = numbers_of("run/end.npy", 2, 5);
+  for (int i = 5; i < 10; i++)
+    assert_true(fabs(end[i] - begin[i]) < 1e-3 * (fabs(begin[5]) + fabs(begin[6])));
+  free(begin);
+  free(end);
+  cJSON_Delete(object);
+}
+
 static void a_backbone_ends_at_its_amplitude(void **state) {
   (void)state;
   cJSON *object = object_of(thrum_run(folder, "response", "beam.npz", "--mode", "1", "--amplitude",
@@ -156,6 +178,7 @@ int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_forced_curve_has_its_files_and_its_folds),
       cmocka_unit_test(a_run_goes_on_from_a_point_of_the_curve),
+      cmocka_unit_test(a_run_with_damping_ratios_is_back_after_ten_periods),
       cmocka_unit_test(a_backbone_ends_at_its_amplitude),
       cmocka_unit_test(bad_input_is_one_line),
   };
