@@ -23,8 +23,8 @@
 #define COOKIE 0x52455350u /* "RESP" */
 #define STABILITY_STEPS_LEAST 48
 #define STABILITY_STEPS_EACH 6 /* for each harmonic */
-#define STEP_FIRST 0.1          /* of the longest */
-#define STEP_LEAST 1e-9         /* of the longest: where it is shorter the curve is lost */
+#define STEP_FIRST 0.1         /* of the longest */
+#define STEP_LEAST 1e-9        /* of the longest: where it is shorter the curve is lost */
 #define GROW 1.5
 #define EASY 4           /* iterations of a point after which the step may grow */
 #define TURN_MOST 0.95   /* product of two directions: a sharper turn asks for a shorter step */
