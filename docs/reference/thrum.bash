@@ -42,7 +42,7 @@ _thrum() {
   'simulate --linear-solver') words='cholesky cg' ;;
   'simulate --quadrature') words='exact four' ;;
   'simulate --law') words='stvk corotational neo-hookean' ;;
-  'simulate '*) words=' --output --dt --time --load --base-motion --start --spin --rank --condense --record-every --probe --frames --frames-in --stress --monitor --accept-error --judge --against-mesh --integrator --damping --damping-form --split --safety --split-form --adaptive --fallback --untrained-flow --frequency-matching --newmark --solver --tolerance --iterations --yield --creep --largest-plastic-strain --full --fix --young --poisson --density --material --scale --unit --regions --order --linear-solver --quadrature --law --options --threads --json --quiet --help --help-all' ;;
+  'simulate '*) words=' --output --dt --time --load --base-motion --start --spin --rank --condense --record-every --probe --frames --frames-in --stress --monitor --accept-error --judge --against-mesh --integrator --damping --damping-form --split --safety --split-form --adaptive --fallback --untrained-flow --frequency-matching --newmark --solver --tolerance --iterations --damping-ratio --q --yield --creep --largest-plastic-strain --full --fix --young --poisson --density --material --scale --unit --regions --order --linear-solver --quadrature --law --options --threads --json --quiet --help --help-all' ;;
   'compare '*) words='--json --help' ;;
   'view '*) words='--output --surface --fps --no-open --json --quiet --help' ;;
   'static --monitor') words='on off' ;;
