@@ -6,6 +6,7 @@
 
 #include <float.h>
 
+#include "core/base/vec3.h"
 #include "tests/support/outer_triangles.h"
 #include "tests/support/sanitized.h"
 #include "tests/support/scene_call.h"
@@ -1392,6 +1393,125 @@ static void a_share_of_a_thickness_near_zero_is_a_number(void **context) {
   assert_true(report.deepest > 1e9 && report.deepest_share == DBL_MAX);
 }
 
+/* How deep the block at the origin is in a solid, or the solid in it; 0: apart. */
+static double depth_in_solid(const fixture *f, const thrum_scene_solid_def *solid) {
+  thrum_scene *scene = NULL;
+  thrum_scene_overlap overlap;
+  MUST(thrum_scene_make(0.001, &scene, &failure));
+  const thrum_scene_body_def block = def_of(&f->block, 0, 0, 0, 1);
+  add(scene, &block);
+  MUST(thrum_scene_add_solid(scene, solid, NULL, &failure));
+  MUST(thrum_scene_find_overlap(scene, &overlap, &failure));
+  thrum_scene_free(scene);
+  assert_true(overlap.body < 0 || (overlap.body == 0 && overlap.other == -1 &&
+                                   overlap.obstacle == -1 && overlap.solid == 0));
+  return overlap.body < 0 ? 0 : overlap.depth;
+}
+
+/* The middle of the block. */
+static void middle_of(const shape *block, double middle[3]) {
+  double least[3], most[3];
+  thrum_box3(block->made.model.vertices, block->made.model.vertex_count, least, most);
+  for (int k = 0; k < 3; k++)
+    middle[k] = 0.5 * (least[k] + most[k]);
+}
+
+/* A slab between two layers of vertices of the block, across each axis: edges go through it, and
+ * are deepest in its middle. Its own edges, the diagonals of its faces too, are outside. */
+static void a_slab_between_vertices_is_as_deep_as_half_of_it(void **context) {
+  const fixture *f = *context;
+  double middle[3];
+  middle_of(&f->block, middle);
+  for (int axis = 0; axis < 3; axis++) {
+    thrum_scene_solid_def slab = solid_of(THRUM_SOLID_BOX);
+    for (int k = 0; k < 3; k++) {
+      slab.half[k] = k == axis ? 0.02 : 0.7;
+      slab.position[k] = middle[k] + (k == axis ? 0.043 : k == (axis + 1) % 3 ? 0.36 : 0.013);
+    }
+    assert_close(depth_in_solid(f, &slab), 0.02, 1e-9);
+
+    // beside the block
+    slab.position[axis] = middle[axis] + 0.121;
+    assert_true(depth_in_solid(f, &slab) == 0);
+  }
+}
+
+/* Two slabs in one mesh, the farther and thicker one first: each edge of the block meets four
+ * faces, and is in the mesh twice. */
+static void an_edge_is_followed_through_two_slabs(void **context) {
+  static const int32_t box[12][3] = {{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6},
+                                     {0, 1, 4}, {1, 5, 4}, {2, 6, 3}, {3, 6, 7},
+                                     {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}};
+  static const double ends[2][2] = {{0.04, 0.07}, {0.012, 0.022}};
+  const fixture *f = *context;
+  double middle[3];
+  middle_of(&f->block, middle);
+  for (int axis = 0; axis < 3; axis++) {
+    double vertices[2 * 8][3];
+    int32_t triangles[2 * 12][3];
+    for (int n = 0; n < 2 * 8; n++)
+      for (int k = 0; k < 3; k++) {
+        const int side = n >> ((k + 3 - axis) % 3) & 1;
+        vertices[n][k] = middle[k] +
+                         (k == axis ? ends[n / 8][side]
+                          : side    ? 0.7
+                                    : -0.7) +
+                         (k == (axis + 1) % 3 ? 0.36 : 0);
+      }
+    for (int n = 0; n < 2 * 12 * 3; n++)
+      triangles[n / 3][n % 3] = 8 * (n / 36) + box[n / 3 % 12][n % 3];
+    thrum_scene_solid_def both = solid_of(THRUM_SOLID_MESH);
+    both.vertices = vertices[0];
+    both.vertex_count = 16;
+    both.triangles = triangles[0];
+    both.triangle_count = 24;
+    assert_close(depth_in_solid(f, &both), 0.015, 1e-9);
+  }
+}
+
+/* A height field that is a plane, turned every way: as deep behind it as the farthest end of an
+ * edge that goes through it. */
+static void what_is_behind_a_height_field_is_as_deep_as_its_edges_reach(void **context) {
+  const fixture *f = *context;
+  static const double flat[4] = {0};
+  for (int n = 0; n < 12; n++) {
+    thrum_scene_solid_def field = solid_of(THRUM_SOLID_HEIGHT_FIELD);
+    field.heights = flat;
+    field.rows = field.columns = 2;
+    field.spacing[0] = field.spacing[1] = 20;
+    const double half = 0.26 * n, axis[3] = {0.6, n % 2 ? -0.8 : 0, n % 2 ? 0 : 0.8};
+    field.rotation[0] = cos(half);
+    for (int k = 0; k < 3; k++)
+      field.rotation[k + 1] = sin(half) * axis[k];
+    field.position[n % 3] = 0.031;
+    field.position[(n + 1) % 3] = -0.044;
+    field.position[(n + 2) % 3] = 0.017;
+
+    // along its turned x axis it is moved, so that no edge of its own meets the block
+    const double *q = field.rotation;
+    field.position[0] += 5 * (1 - 2 * (q[2] * q[2] + q[3] * q[3]));
+    field.position[1] += 5 * 2 * (q[1] * q[2] + q[0] * q[3]);
+    field.position[2] += 5 * 2 * (q[1] * q[3] - q[0] * q[2]);
+
+    // its normal, the turned z axis
+    const double normal[3] = {2 * (q[1] * q[3] + q[0] * q[2]), 2 * (q[2] * q[3] - q[0] * q[1]),
+                              1 - 2 * (q[1] * q[1] + q[2] * q[2])};
+    double deepest = 0;
+    for (int64_t e = 0; e < 3 * f->block.triangle_count; e++) {
+      const int32_t ends[2] = {f->block.triangles[e],
+                               f->block.triangles[e % 3 < 2 ? e + 1 : e - 2]};
+      double at[2] = {0};
+      for (int k = 0; k < 6; k++)
+        at[k / 3] += normal[k % 3] * (f->block.made.model.vertices[3 * ends[k / 3] + k % 3] -
+                                      field.position[k % 3]);
+      if (at[0] * at[1] < 0)
+        deepest = fmax(deepest, -fmin(at[0], at[1]));
+    }
+    assert_true(deepest > 0);
+    assert_close(depth_in_solid(f, &field), deepest, 1e-9);
+  }
+}
+
 /* A block that stopped as it was thrown beyond all numbers: what is read is a number, or the status
  * says why it is not, and nothing is written. */
 static void the_speed_of_a_corner_is_a_number_or_refused(void **context) {
@@ -1503,6 +1623,9 @@ int main(void) {
       TEST(what_is_inside_a_body_is_found),
       TEST(an_overlap_after_a_restore_is_that_of_the_time),
       TEST(a_body_that_is_added_leaves_the_report_as_it_is),
+      TEST(a_slab_between_vertices_is_as_deep_as_half_of_it),
+      TEST(an_edge_is_followed_through_two_slabs),
+      TEST(what_is_behind_a_height_field_is_as_deep_as_its_edges_reach),
       TEST(a_share_of_a_thickness_near_zero_is_a_number),
       TEST(the_speed_of_a_corner_is_a_number_or_refused),
       TEST(bodies_that_do_not_collide_pass),
