@@ -3,6 +3,7 @@
  * missing in the energy norm. SPDX-License-Identifier: Apache-2.0 */
 #include "driver/make/pull_warning.h"
 
+#include <math.h>
 #include <stdlib.h>
 
 #include "config/message.h"
@@ -67,4 +68,26 @@ void pull_warning_print(const char *name, const thrum_model *model, const load_s
   }
   free(shares);
   free(forces);
+}
+
+thrum_blow pull_measure_blow(const thrum_model *model, const load_spec *loads, int64_t count,
+                             double dt) {
+  thrum_blow blow = {0};
+  const double lasts = count == 1 ? loads->course.until - loads->course.from : INFINITY;
+  if (!(lasts <= BLOW_STEPS * dt) || loads->course.shape != THRUM_LOAD_CONSTANT ||
+      model->basis == NULL || model->tets == NULL || model->vertex_count > PULL_VERTICES_MOST ||
+      thrum_model_masters(model) > 0)
+    return blow;
+
+  // a load that ends within a step has its impulse over all of it
+  const int64_t steps = (int64_t)fmax(1, round(lasts / dt));
+  double *forces = NULL;
+  thrum_status status =
+      thrum_reserve(&forces, 3 * model->vertex_count, sizeof *forces, "the blow", NULL);
+  THRUM_THEN(status, load_spec_fill(model, loads, forces, NULL));
+  for (int64_t c = 0; status >= 0 && c < 3 * model->vertex_count; c++)
+    forces[c] *= lasts / ((double)steps * dt);
+  THRUM_THEN(status, thrum_blow_measure(model, forces, dt, steps, &blow, NULL));
+  free(forces);
+  return blow;
 }

@@ -3,6 +3,7 @@
 #define THRUM_DRIVER_MAKE_PULL_WARNING_H
 
 #include "driver/spec/load_spec.h"
+#include "precompute/model/blow.h"
 
 /* Vertices beyond which the mesh is not factored just for a warning, as the user would wait long
  * for it. */
@@ -13,5 +14,12 @@
  * nothing of larger meshes, and where it cannot be known. */
 void pull_warning_print(const char *name, const thrum_model *model, const load_spec *loads,
                         int64_t count);
+
+/* What the only load of a run, where it lasts BLOW_STEPS steps of `dt` or less, gives the mesh and
+ * the model's basis; zeros where there is another load, of larger meshes, and where it cannot be
+ * known. */
+#define BLOW_STEPS 10
+thrum_blow pull_measure_blow(const thrum_model *model, const load_spec *loads, int64_t count,
+                             double dt);
 
 #endif

@@ -8,6 +8,7 @@
 #include "driver/run/drift.h"
 #include "driver/run/simulate_options.h"
 #include "precompute/full/full.h"
+#include "precompute/model/blow.h"
 
 typedef struct simulate_figures {
   const simulate_request *request;
@@ -49,6 +50,7 @@ typedef struct simulate_figures {
   double impact_share; /* rms of where what impacts give to the slaves takes the masters, over that
                           and q [1] */
   against_mesh against;
+  thrum_blow blow; /* of a run's only load, which is short; else zeros */
   double seconds_read, seconds_step, seconds_output, seconds_plot, seconds_total;
 } simulate_figures;
 

@@ -235,6 +235,10 @@ static void add_work(cJSON *object, const simulate_figures *figures) {
   json_number(work, "dissipated_j", figures->dissipated);
   json_number(work, "plastic_j", figures->plastic_work);
   json_number(work, "balance_j", simulate_figures_balance(figures));
+  if (figures->blow.mesh > 0) {
+    json_number(work, "blow_basis_j", figures->blow.basis);
+    json_number(work, "blow_mesh_j", figures->blow.mesh);
+  }
 }
 
 static void add_energies(cJSON *object, const simulate_figures *figures) {
@@ -384,6 +388,10 @@ static const report_line before[] = {
                 "{work.dissipated_j=null?dissipation by damping not counted with "
                 "--full|{work.dissipated_j:.6g} J dissipated}",
                 .when = "driven"),
+    REPORT_LINE("blow",
+                "the basis takes about {work.blow_basis_j:.3g} J of {work.blow_mesh_j:.3g} J "
+                "that the load gives the mesh (linear): the rest vibrates fast",
+                .when = "work.blow_mesh_j"),
     REPORT_LINE("spin", "{spin_last_deg_s:.6g} degrees/s about the axes of the world at the end"),
     REPORT_LINE(
         "drift",

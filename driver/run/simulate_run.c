@@ -114,6 +114,14 @@ static void warn_before(const single_run *single) {
                      request->load_count);
 }
 
+/* What a short load gives the mesh, which the run of the model is told beside. */
+static void measure_blow(single_run *single) {
+  const simulate_request *request = single->request;
+  if (!request->full)
+    single->run.bodies[0].figures.blow =
+        pull_measure_blow(single->model, request->loads, request->load_count, request->def.dt);
+}
+
 /* run.json, which holds the seconds up to its own writing, and what is printed. */
 static thrum_status report(driver_run *run, double began, thrum_error *error) {
   driver_body *body = &run->bodies[0];
@@ -189,6 +197,7 @@ static thrum_status simulate(single_run *single, thrum_error *error) {
   THRUM_TRY(run_folder_check(request->run_path, RUN_OF_BODY, error));
   THRUM_TRY(prepare(single, error));
   warn_before(single);
+  measure_blow(single);
   run->bodies[0].figures.seconds_read = clock_seconds() - single->began;
   THRUM_TRY(driver_run_steps(run, request->quiet, error));
 

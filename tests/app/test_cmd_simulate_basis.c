@@ -55,6 +55,30 @@ static cJSON *bend(const char *model, const char *option, const char *value, int
   return object;
 }
 
+/* A blow gives the mesh more than the basis takes: both are said, and are what runs of both do. The
+ * blow lasts three steps, so that the mesh's has more than one. */
+static void what_a_basis_takes_of_a_blow_is_said(void **state) {
+  (void)state;
+  double said[2] = {0}, done[2];
+  for (int full = 0; full < 2; full++) {
+    program_result run =
+        thrum_run(folder, "simulate", "good.npz", "-o", "blow", "--json", "-q", "--dt", "0.001",
+                  "--time", "0.006", "--load", "impulse:0,0,-1@right", "--accept-error", "100%",
+                  full ? "--full" : NULL, NULL);
+    cJSON *object = json_line(run.out);
+    const cJSON *work = member(object, "work");
+    done[full] = json_value(work, "load_j");
+    if (full == 0) {
+      said[0] = json_value(work, "blow_basis_j");
+      said[1] = json_value(work, "blow_mesh_j");
+    }
+    cJSON_Delete(object);
+    program_result_free(&run);
+  }
+  assert_true(said[0] > 0 && said[0] < 0.9 * said[1]);
+  assert_true(fabs(done[0] / said[0] - 1) < 0.05 && fabs(done[1] / said[1] - 1) < 0.05);
+}
+
 /* What thrum compare finds between the model and its mesh. */
 static double true_share(const char *model) {
   program_result full =
@@ -425,6 +449,7 @@ static void a_shape_of_rounding_is_not_judged(void **state) {
 
 int main(void) {
   const struct CMUnitTest tests[] = {
+      cmocka_unit_test(what_a_basis_takes_of_a_blow_is_said),
       cmocka_unit_test(a_basis_without_derivatives_is_flagged_by_what_the_mesh_does),
       cmocka_unit_test(a_sound_run_is_not_flagged),
       cmocka_unit_test(what_cannot_run_again_is_judged_by_its_residual),
