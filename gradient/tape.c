@@ -210,6 +210,28 @@ thrum_status thrum_tape_step(const thrum_model *model, thrum_tape *tape, thrum_s
   return status;
 }
 
+thrum_status thrum_tape_run(const thrum_model *model, thrum_tape *tape, thrum_state *state,
+                            const double *force, int64_t count, int64_t *made, thrum_error *error) {
+  THRUM_TRY(thrum_tape_check(model, tape, error));
+  if (count < 0)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "the number of steps is %lld; it must be 0 or more", (long long)count);
+  thrum_status worst = THRUM_OK;
+  int64_t done = 0;
+  while (done < count && worst >= 0) {
+    const double *row = force ? force + done * tape->rank : NULL;
+    const thrum_status status = thrum_tape_step(model, tape, state, row, error);
+    done += status >= 0 ? 1 : 0;
+
+    // the smaller of two notable statuses is the more notable
+    if (status < 0 || (status > 0 && (worst == THRUM_OK || status < worst)))
+      worst = status;
+  }
+  if (made)
+    *made = done;
+  return worst;
+}
+
 int64_t thrum_tape_steps(const thrum_tape *tape) {
   return tape ? tape->count : 0;
 }

@@ -97,7 +97,7 @@ static void make_hessenberg(double *a, int64_t n) {
   for (int64_t k = 0; k + 2 < n; k++) {
     double length = 0;
     for (int64_t i = k + 1; i < n; i++)
-      length = hypot(length, a[i * n + k]);
+      length = thrum_magnitude(length, a[i * n + k]);
     if (!(length > 0))
       continue;
 
@@ -221,9 +221,9 @@ static void sort(double *values, int64_t n) {
   // pairs have one magnitude and stay side by side, for the sort is stable
   for (int64_t i = 1; i < n; i++) {
     const double real = values[2 * i], imaginary = values[2 * i + 1];
-    const double size = hypot(real, imaginary);
+    const double size = thrum_magnitude(real, imaginary);
     int64_t at = i;
-    for (; at > 0 && hypot(values[2 * at - 2], values[2 * at - 1]) < size; at--) {
+    for (; at > 0 && thrum_magnitude(values[2 * at - 2], values[2 * at - 1]) < size; at--) {
       values[2 * at] = values[2 * at - 2];
       values[2 * at + 1] = values[2 * at - 1];
     }

@@ -201,7 +201,7 @@ bool thrum_floquet_solve(thrum_floquet *f, const thrum_place *place) {
 
 /* Distance of a multiplier from 1. */
 static double from_one(const double *value) {
-  return hypot(value[0] - 1, value[1]);
+  return thrum_magnitude(value[0] - 1, value[1]);
 }
 
 /* The two multipliers of a free motion that are 1 for its phase and its energy; -1: none. */
@@ -221,8 +221,8 @@ int32_t thrum_floquet_unstable(const thrum_floquet *f) {
   int32_t count = 0;
   find_own(f, own);
   for (int64_t i = 0; i < 2 * f->balance->rank; i++)
-    count +=
-        i != own[0] && i != own[1] && hypot(f->values[2 * i], f->values[2 * i + 1]) > 1 + OUTSIDE;
+    count += i != own[0] && i != own[1] &&
+             thrum_magnitude(f->values[2 * i], f->values[2 * i + 1]) > 1 + OUTSIDE;
   return count;
 }
 
@@ -232,7 +232,7 @@ thrum_response_kind thrum_floquet_crossing(const thrum_floquet *f) {
   thrum_response_kind kind = THRUM_RESPONSE_REGULAR;
   find_own(f, own);
   for (int64_t i = 0; i < 2 * f->balance->rank; i++) {
-    const double *value = f->values + 2 * i, size = hypot(value[0], value[1]);
+    const double *value = f->values + 2 * i, size = thrum_magnitude(value[0], value[1]);
     if (i == own[0] || i == own[1] || size <= 1 + OUTSIDE || size >= nearest)
       continue;
     nearest = size;

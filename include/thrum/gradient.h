@@ -70,6 +70,13 @@ THRUM_API thrum_status thrum_tape_start(const thrum_model *model, thrum_tape *ta
 THRUM_API thrum_status thrum_tape_step(const thrum_model *model, thrum_tape *tape,
                                        thrum_state *state, const double *force, thrum_error *error);
 
+/* Makes `count` >= 0 steps of thrum_tape_step with the rows of `force` (count x rank; NULL: none),
+ * and ends before at the first that fails; *made (may be NULL) gets how many were made, also then.
+ * Returns as thrum_steps. */
+THRUM_API thrum_status thrum_tape_run(const thrum_model *model, thrum_tape *tape,
+                                      thrum_state *state, const double *force, int64_t count,
+                                      int64_t *made, thrum_error *error);
+
 /* Steps recorded since the start; 0 for NULL. */
 THRUM_API int64_t thrum_tape_steps(const thrum_tape *tape);
 
@@ -102,6 +109,17 @@ typedef struct thrum_tape_gradient {
 THRUM_API thrum_status thrum_tape_pull_back(const thrum_model *model, thrum_tape *tape,
                                             const double *q_bar, const double *p_bar,
                                             thrum_tape_gradient *gradient, thrum_error *error);
+
+/* The gradient of a loss of a body at rest, T(q) dq = df - R ds: from its derivative q_bar by q
+ * (rank), an equilibrium under a load, into *force_bar (rank), its derivative by the load, and
+ * *stiffness_bar, that by a factor of Young's modulus. Either may be NULL. work: rank (rank + 3) +
+ * thrum_work_count doubles. THRUM_SINGULAR at a limit or bifurcation point, THRUM_UNSUPPORTED for a
+ * condensed model, THRUM_INVALID_ARGUMENT for NULL, THRUM_BAD_VALUE for numbers that are not
+ * finite. */
+THRUM_API thrum_status thrum_rest_pull_back(const thrum_model *model, const double *q,
+                                            const double *q_bar, double *force_bar,
+                                            double *stiffness_bar, double *work,
+                                            thrum_error *error);
 
 /* The change of q and p after each step, the start first ((steps + 1) x rank each), for a direction
  * of what they depend on: what the run would change by, to first order. Failures as

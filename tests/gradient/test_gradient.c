@@ -309,6 +309,53 @@ static void a_linear_mode_has_the_gradient_of_its_closed_form(void **context) {
   random_model_free(&body);
 }
 
+/* R(q) = s f is solved by Newton's method; its derivative by f and s agrees with the solved one. */
+static void a_rest_has_the_gradient_of_its_solutions(void **context) {
+  (void)context;
+  random_model body;
+  random_model_make(&body, 11, RANK, 20, 60, 1);
+  const thrum_model *model = &body.model;
+  double *work = random_alloc(RANK * (RANK + 3) + (int64_t)thrum_work_count(model), sizeof(double));
+  random_state random = {5};
+  double q[RANK], q_bar[RANK], load_bar[RANK], along[RANK], values[2], stiffness_bar = 0;
+  random_vector(&random, RANK, 0.3, q);
+  random_vector(&random, RANK, 1, q_bar);
+  random_vector(&random, RANK, 100, along);
+  thrum_error error;
+  assert_int_equal(thrum_rest_pull_back(model, q, q_bar, load_bar, &stiffness_bar, work, &error),
+                   THRUM_OK);
+
+  // the body under the load of q, moved by e along the direction, and stiffer by 0.5 e
+  const double e = 1e-4;
+  for (int side = 0; side < 2; side++) {
+    const double by = side ? e : -e;
+    double load[RANK], at[RANK], force[RANK], step[RANK];
+    thrum_internal_force(model, q, load, work);
+    memcpy(at, q, sizeof q);
+    for (int it = 0; it < 30; it++) {
+      thrum_internal_force(model, at, force, work);
+      for (int i = 0; i < RANK; i++)
+        step[i] = (load[i] + by * along[i]) - (1 + 0.5 * by) * force[i];
+      assert_int_equal(thrum_rest_pull_back(model, at, step, force, NULL, work, NULL), THRUM_OK);
+      for (int i = 0; i < RANK; i++)
+        at[i] += force[i];
+    }
+    values[side] = dot(at, q_bar, RANK);
+  }
+  const double differences = (values[1] - values[0]) / (2 * e);
+  const double exact = dot(load_bar, along, RANK) + 0.5 * stiffness_bar;
+  assert_true(fabs(differences / exact - 1) < 1e-7);
+
+  // what is refused
+  q_bar[1] = NAN;
+  assert_int_equal(thrum_rest_pull_back(model, q, q_bar, load_bar, NULL, work, NULL),
+                   THRUM_BAD_VALUE);
+  assert_int_equal(thrum_rest_pull_back(model, NULL, q_bar, load_bar, NULL, work, NULL),
+                   THRUM_INVALID_ARGUMENT);
+  free(work);
+  random_model_free(&body);
+}
+
 /* What cannot be differentiated is refused when a tape is started, with the reason. */
 static void refuse(const thrum_model *model, const thrum_state_def *def, const char *reason) {
   thrum_error error;
@@ -404,8 +451,12 @@ static void bad_calls_are_refused(void **context) {
   q[0] = NAN;
   assert_int_equal(thrum_tape_step(model, tape, state, q, NULL), THRUM_BAD_VALUE);
   assert_int_equal(thrum_tape_pull_back(model, tape, q, NULL, &gradient, NULL), THRUM_BAD_VALUE);
-  for (int k = 0; k < 2; k++)
-    assert_int_equal(thrum_tape_step(model, tape, state, NULL, NULL), THRUM_OK);
+  int64_t made = 0;
+  q[0] = 0;
+  assert_int_equal(thrum_tape_run(model, tape, state, NULL, -1, &made, NULL),
+                   THRUM_INVALID_ARGUMENT);
+  assert_int_equal(thrum_tape_run(model, tape, state, q, 3, &made, NULL), THRUM_BUFFER_TOO_SMALL);
+  assert_int_equal(made, 2);
   assert_int_equal(thrum_tape_step(model, tape, state, NULL, NULL), THRUM_BUFFER_TOO_SMALL);
   assert_int_equal(thrum_tape_steps(tape), 2);
   assert_int_equal(thrum_tape_start(model, tape, state, NULL, NULL, NULL), THRUM_OK);
@@ -424,6 +475,7 @@ int main(void) {
       cmocka_unit_test(a_gradient_is_that_of_the_run_and_its_transpose),
       cmocka_unit_test(a_gradient_errs_by_the_tolerance_of_the_steps),
       cmocka_unit_test(a_linear_mode_has_the_gradient_of_its_closed_form),
+      cmocka_unit_test(a_rest_has_the_gradient_of_its_solutions),
       cmocka_unit_test(what_has_no_gradient_is_refused),
       cmocka_unit_test(a_divided_step_is_not_passed),
       cmocka_unit_test(bad_calls_are_refused),
