@@ -23,6 +23,7 @@ from ._program import (Run, check, compare, embed, export, info, mesh, precomput
                        tradeoff)
 from .batch import Batch
 from .equilibrium import Equilibrium
+from .gradient import Gradient, Rollout, rollout, value_and_gradient
 from .model import Model
 from .monitor import Look, Monitor
 from .scene import Body, Link, Load, Obstacle, Overlap, Pull, Scene, Touch
@@ -34,10 +35,10 @@ from .view import View, view
 __version__ = version()
 
 __all__ = [
-    "BadFile", "BadValue", "Batch", "Body", "Energies", "Equilibrium", "Error", "InvalidArgument", "Link", "Load",
+    "BadFile", "BadValue", "Batch", "Body", "Energies", "Equilibrium", "Error", "Gradient", "InvalidArgument", "Link", "Load",
     "Look", "Mesh", "Missing", "Model", "ModelMismatch", "Monitor", "NodeStress", "NotConverged", "Obstacle",
-    "OutOfMemory", "Overlap", "ProgramFailed", "Pull", "Report", "Run", "Scene", "State", "Status", "Stress",
+    "OutOfMemory", "Overlap", "ProgramFailed", "Pull", "Report", "Rollout", "Run", "Scene", "State", "Status", "Stress",
     "StressNodes", "StressPoints", "Surface", "Touch", "Unsupported", "View",
     "check", "compare", "embed", "export", "info", "integrators", "library_path", "mesh", "precompute", "program",
-    "run_program", "simulate", "static", "tradeoff", "version", "view",
+    "rollout", "run_program", "simulate", "static", "tradeoff", "value_and_gradient", "version", "view",
 ]

@@ -1,0 +1,82 @@
+"""Gradients of runs from Python. SPDX-License-Identifier: Apache-2.0"""
+import unittest
+
+import numpy as np
+from support import beam
+
+import thrum
+
+STEPS = 30
+
+
+def inputs(model, seed=1):
+    random = np.random.default_rng(seed)
+    return {"q": 0.02 * random.standard_normal(model.rank), "p": 0.5 * random.standard_normal(model.rank),
+            "force": 30 * random.standard_normal((STEPS, model.rank)), "damping_alpha": 0.4, "damping_beta": 1e-5,
+            "stiffness": 1.3, "density": 0.8}
+
+
+OPTIONS = {"energy": 0.002, "newmark": 0.002, "midpoint": 0.002, "verlet": 2e-5}
+
+
+class Gradients(unittest.TestCase):
+    def test_a_gradient_agrees_with_differences(self):
+        model = beam()
+        random = np.random.default_rng(2)
+        weights = random.standard_normal((2, STEPS + 1, model.rank))
+
+        def loss(q, p):
+            return (weights[0] * q).sum() + 0.01 * (weights[1] * p).sum(), weights[0], 0.01 * weights[1]
+
+        given, change = inputs(model), inputs(model, 3)
+        for integrator, dt in OPTIONS.items():
+            options = {"integrator": integrator, "dt": dt, "tolerance": 1e-14}
+            _, g = thrum.value_and_gradient(loss, model, STEPS, **given, **options)
+            found = ((g.q * change["q"]).sum() + (g.p * change["p"]).sum() + (g.force * change["force"]).sum()
+                     + g.alpha * change["damping_alpha"] + g.beta * change["damping_beta"]
+                     + g.stiffness * change["stiffness"] + g.density * change["density"])
+            by = 1e-4
+            values = [thrum.value_and_gradient(loss, model, STEPS, **{name: given[name] + n * by * change[name] for name in given},
+                                               **options)[0] for n in (-2, -1, 1, 2)]
+            differences = (values[0] - 8 * values[1] + 8 * values[2] - values[3]) / (12 * by)
+            self.assertAlmostEqual(differences / found, 1.0, 7, integrator)
+
+            # the pass forward is the transpose
+            run = thrum.rollout(model, STEPS, **given, **options)
+            names = {"damping_alpha": "alpha", "damping_beta": "beta"}
+            q, p = run.push_forward(**{names.get(name, name): value for name, value in change.items()})
+            self.assertAlmostEqual(((weights[0] * q).sum() + 0.01 * (weights[1] * p).sum()) / found, 1.0, 11)
+
+    def test_a_run_is_that_of_a_state(self):
+        model = beam()
+        given = inputs(model)
+        run = thrum.rollout(model, STEPS, given["q"], given["p"], given["force"])
+        state = model.state()
+        state.set(given["q"], given["p"])
+        for force in given["force"]:
+            state.force = force
+            state.step()
+        np.testing.assert_array_equal(run.q[-1], state.q)
+        np.testing.assert_array_equal(run.p[-1], state.p)
+        self.assertEqual(run.q.shape, (STEPS + 1, model.rank))
+        self.assertFalse(run.q.flags.writeable)
+        self.assertAlmostEqual(run.times[-1], 0.09)
+
+    def test_what_has_no_gradient_is_refused(self):
+        model = beam()
+        with self.assertRaisesRegex(thrum.Unsupported, "imexv"):
+            thrum.rollout(model, 3, integrator="imexv")
+        with self.assertRaisesRegex(thrum.Unsupported, "condensed"):
+            thrum.rollout(model.condense(4), 3)
+        with self.assertRaisesRegex(ValueError, "steps"):
+            thrum.rollout(model, 0)
+        with self.assertRaisesRegex(ValueError, "factors above 0"):
+            thrum.rollout(model, 3, density=-1)
+        with self.assertRaisesRegex(ValueError, "force: its shape is 2 x 12, not 3 x 12"):
+            thrum.rollout(model, 3, force=np.zeros((2, 12)))
+        with self.assertRaises(thrum.BadValue):
+            thrum.rollout(model, 3).pull_back(np.full((4, 12), np.nan))
+
+
+if __name__ == "__main__":
+    unittest.main()
