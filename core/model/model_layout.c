@@ -77,4 +77,6 @@ void thrum_layout_to_model(const thrum_layout *layout, thrum_model *model) {
   model->follow_scale = 0.0;
   model->point_plastic = NULL;
   model->inertia = NULL;
+  model->damping = NULL;
+  model->unit_energy = 0.0;
 }

@@ -138,6 +138,7 @@ thrum_status thrum_model_lock(void *memory, size_t memory_size, const thrum_mode
   lower.axis_mass = model->axis_mass ? axis_mass : NULL;
   lower.basis = model->basis ? basis : NULL;
   lower.inertia = NULL;
+  lower.damping = NULL;
   THRUM_TRY(thrum_model_pack(&lower, at, size - (size_t)(at - (unsigned char *)memory), error));
   lower.identity = thrum_model_identity(&lower);
   memcpy(memory, &lower, sizeof lower);

@@ -182,6 +182,7 @@ thrum_status thrum_model_scale(void *memory, size_t memory_size, const thrum_mod
   THRUM_TRY(thrum_model_lock(memory, memory_size, model, model->rank, &copy, error));
   thrum_model_lock_size(model, model->rank, &own, NULL);
   thrum_model result = *copy;
+  result.damping = NULL;
   if (!scale_arrays(memory, (unsigned char *)memory + thrum_round_up(own), model, &f, by, &result))
     return thrum_error_set(error, THRUM_BAD_VALUE, "the scaled model leaves the range of numbers");
 

@@ -66,9 +66,28 @@ static void a_mode_alone_decays_by_its_own_ratio(void **context) {
   random_model_free(&m);
 }
 
+static void a_locked_model_has_none(void **context) {
+  (void)context;
+  random_model m;
+  random_model_make(&m, 8, 2, 2, 3, INFINITY);
+  thrum_model lower = {0};
+  size_t size = 0;
+  assert_int_equal(thrum_model_lock_size(&m.model, 1, &size, NULL), THRUM_OK);
+  const double rates[2] = {1, 1};
+  m.model.damping = rates;
+  void *memory = aligned_alloc(64, size);
+  memset(memory, 0xa5, size);
+  const thrum_model *locked = &lower;
+  assert_int_equal(thrum_model_lock(memory, size, &m.model, 1, &locked, NULL), THRUM_OK);
+  assert_null(locked->damping);
+  free(memory);
+  random_model_free(&m);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(the_same_damping_of_all_modes_is_that_of_the_mass),
+      cmocka_unit_test(a_locked_model_has_none),
       cmocka_unit_test(a_mode_alone_decays_by_its_own_ratio),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
