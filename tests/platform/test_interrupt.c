@@ -10,6 +10,7 @@
 #include <fcntl.h>
 #include <signal.h>
 #include <time.h>
+#include <unistd.h>
 
 #include "io/file.h"
 #include "platform/interrupt.h"
@@ -149,8 +150,8 @@ static void a_signal_in_a_search_leaves_no_file(void **state) {
   const int status = stop_program(arguments, "full order", "stopped; nothing was written");
   assert_true(WIFSIGNALED(status) && WTERMSIG(status) == SIGINT);
 
-  // the folder is empty
-  assert_int_equal(rmdir(output), 0);
+  // the folder that it made is gone too
+  assert_int_equal(access(output, F_OK), -1);
 }
 
 /* A run that is over is written, with the mesh beside it as far as it came. */
