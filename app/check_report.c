@@ -83,8 +83,10 @@ static void print_thickness(const thrum_mesh *mesh, const thrum_mesh_examined *e
   printf("%-18s%.2g cell%s%s over the thickness of the thinnest quarter", "thickness",
          e->cells_across, e->cells_across == 1 ? "" : "s", most ? " or more" : "");
   if (!mesh->midsides && e->cells_across < BENDING_CELLS)
-    printf(": bending frequencies there come out about %.0f %% too high; --order 2 mends that",
-           100 * thrum_bending_error(e->cells_across));
+    printf(
+        ": bending frequencies there come out about %.0f %% too high, by a rule of thumb that is "
+        "within three times; --order 2 mends that",
+        100 * thrum_bending_error(e->cells_across));
   printf("\n");
 }
 

@@ -9,6 +9,7 @@
 #include <string.h>
 
 #include "config/message.h"
+#include "core/base/vec3.h"
 #include "driver/make/model_coordinates.h"
 #include "driver/make/precompute_report.h"
 #include "driver/make/precompute_stages.h"
@@ -344,6 +345,11 @@ static cJSON *make_report(const precompute_outcome *outcome) {
   add_solver(object, &result->solver);
   json_number(object, "mass_kg", result->mass);
   json_number(object, "volume_m3", result->volume);
+  double least[3], most[3], size[3];
+  thrum_box3(mesh->vertices, mesh->vertex_count, least, most);
+  for (int axis = 0; axis < 3; axis++)
+    size[axis] = most[axis] - least[axis];
+  json_numbers(object, "size_m", size, 3);
 
   // the basis and its frequencies
   json_number(object, "rank", (double)result->model.rank);
@@ -387,7 +393,8 @@ static const report_line lines[] = {
     REPORT_LINE("mesh", "{vertices} vertices ({fixed} held), {tets} tetrahedra{ten_nodes? of ten "
                         "nodes{order_by=auto?, by --order "
                         "auto}}"),
-    REPORT_LINE("body", "{mass_kg:.6g} kg, {volume_m3:.6g} m^3"),
+    REPORT_LINE("body", "{mass_kg:.6g} kg, {volume_m3:.6g} m^3, {size_m.0:.4g} x {size_m.1:.4g} x "
+                        "{size_m.2:.4g} m"),
     REPORT_LINE("solver",
                 "factor, about {solver.factor_mb:.0f} MB more in a process; {solver.room_mb:.0f} "
                 "MB were left "

@@ -3,7 +3,9 @@
  * mesh, for every region.
  *
  * SPDX-License-Identifier: Apache-2.0 */
+#include <stdio.h>
 #include <string.h>
+#include <strings.h>
 
 #include "io/number_text.h"
 #include "mesh/formats/mesh_out.h"
@@ -29,6 +31,23 @@ static void put_name(thrum_mesh_out *out, const char *words, const char *name) {
   const char *quote =
       letter && length <= NAME_MAX_BARE && strspn(name, plain) == length ? "" : "\"";
   thrum_out_text(out, "%s%s%s%s", words, quote, name, quote);
+}
+
+/* The name of a group, with its number behind it where an earlier one has the same: readers pass
+ * over capitals, and would take both for one set. */
+static const char *distinct_name(thrum_mesh_written *w, int64_t group, char name[256]) {
+  thrum_write_group_name(w, group, BAD, name);
+  thrum_mesh_written uncounted = *w;
+  for (int64_t g = 0; g < group; g++) {
+    char other[256];
+    if (strcasecmp(thrum_write_group_name(&uncounted, g, BAD, other), name) != 0)
+      continue;
+    const size_t length = strlen(name);
+    snprintf(name + (length > 230 ? 230 : length), 24, "_%lld", (long long)group + 1);
+    w->lost.names++;
+    break;
+  }
+  return name;
 }
 
 static void put_material(thrum_mesh_out *out, const thrum_mesh *m, int64_t region,
@@ -57,7 +76,10 @@ static void put_region(thrum_mesh_out *out, thrum_mesh_written *w, int64_t regio
 
   // one region without a name is allElements, which needs no set of its own
   if (m->region_count > 1 || w->region_group[region] >= 0) {
-    thrum_write_region_name(w, region, BAD, name);
+    if (w->region_group[region] >= 0)
+      distinct_name(w, w->region_group[region], name);
+    else
+      thrum_write_region_name(w, region, BAD, name);
     put_name(out, "*ELSET, ELSET=", name);
     thrum_out_text(out, "\n");
     thrum_out_region_tets(out, m, region);
@@ -98,7 +120,7 @@ void thrum_mesh_write_abaqus(thrum_mesh_out *out, thrum_mesh_written *w) {
     int column = 0;
     if (w->group_region[g] >= 0)
       continue;
-    put_name(out, "*NSET, NSET=", thrum_write_group_name(w, g, BAD, name));
+    put_name(out, "*NSET, NSET=", distinct_name(w, g, name));
     thrum_out_text(out, "\n");
     for (int64_t i = 0; i < m->groups[g].count; i++)
       thrum_out_member(out, m->groups[g].vertices[i] + 1LL, &column);

@@ -122,6 +122,28 @@ static void formats_that_hold_everything_give_it_back(void **state) {
     }
 }
 
+/* Abaqus passes over capitals, and some characters become others: groups stay as many as they are.
+ */
+static void groups_that_differ_in_capitals_stay_apart_in_a_deck(void **state) {
+  (void)state;
+  thrum_mesh mesh = make_mesh(false);
+  const char *const names[] = {"Far", "FAR", "a,b", "a*b"};
+  for (int32_t n = 0; n < 4; n++) {
+    const int32_t vertices[] = {n, n + 10};
+    assert_int_equal(thrum_mesh_add_group(&mesh, names[n], vertices, 2, NULL), THRUM_OK);
+  }
+  thrum_mesh_lost lost = {0};
+  thrum_mesh read = round_trip(&mesh, "m.inp", &(thrum_mesh_write_options){0}, &lost);
+  int found = 0;
+  for (int64_t g = 0; g < read.group_count; g++)
+    found +=
+        read.groups[g].count == 2 && read.groups[g].vertices[1] == read.groups[g].vertices[0] + 10;
+  assert_int_equal(found, 4);
+  assert_true(lost.names >= 3);
+  thrum_mesh_free(&read);
+  thrum_mesh_free(&mesh);
+}
+
 static void gmsh_files_hold_groups_and_regions_but_no_materials(void **state) {
   (void)state;
   for (int n = 0; n < 4; n++) {
@@ -340,6 +362,7 @@ static void binary_files_of_the_other_byte_order_are_read(void **state) {
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(formats_that_hold_everything_give_it_back),
+      cmocka_unit_test(groups_that_differ_in_capitals_stay_apart_in_a_deck),
       cmocka_unit_test(gmsh_files_hold_groups_and_regions_but_no_materials),
       cmocka_unit_test(vega_files_hold_regions_with_materials_but_no_groups_of_vertices),
       cmocka_unit_test(formats_of_one_mark_a_vertex_hold_groups_that_do_not_overlap),
