@@ -10,8 +10,8 @@
 #include <stdio.h>
 
 #include "config/message.h"
+#include "core/base/vec3.h"
 #include "io/json.h"
-#include "mesh/model_quality.h"
 #include "thrum/embedding.h"
 #include "thrum/thrum.h"
 
@@ -23,7 +23,7 @@ typedef struct measured {
 
 static measured measure(const thrum_embedding *e) {
   measured m = {.weight_max = 0};
-  thrum_bounding_box(e->positions, e->vertex_count, m.box_min, m.box_max);
+  thrum_box3(e->positions, e->vertex_count, m.box_min, m.box_max);
   for (int64_t n = 0; n < 4 * e->vertex_count; n++)
     m.weight_max = fmax(m.weight_max, fabs(e->weights[n]));
   return m;

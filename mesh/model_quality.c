@@ -36,10 +36,6 @@ double thrum_tet_mean_ratio(const double *const corners[4], double *volume) {
   return 12 * root * root / squares;
 }
 
-void thrum_bounding_box(const double *points, int64_t count, double box_min[3], double box_max[3]) {
-  thrum_box3(points, count, box_min, box_max);
-}
-
 static double quadratic_volume(const thrum_model *model, int64_t t) {
   double places[THRUM_QUADRATIC_NODES][3];
   for (int a = 0; a < THRUM_QUADRATIC_NODES; a++) {
@@ -56,7 +52,7 @@ thrum_status thrum_quality_measure(const thrum_model *model, thrum_quality *qual
 
   // the box and the held vertices
   thrum_quality measured = {.ratio_min = INFINITY};
-  thrum_bounding_box(model->vertices, model->vertex_count, measured.box_min, measured.box_max);
+  thrum_box3(model->vertices, model->vertex_count, measured.box_min, measured.box_max);
   for (int64_t v = 0; v < model->vertex_count; v++)
     measured.fixed_count += model->fixed[v] != 0;
 

@@ -24,9 +24,6 @@ typedef struct thrum_quality {
 thrum_status thrum_quality_measure(const thrum_model *model, thrum_quality *quality,
                                    thrum_error *error);
 
-/* The box of `count` points (x, y, z) [m]; its least above its most where there are none. */
-void thrum_bounding_box(const double *points, int64_t count, double box_min[3], double box_max[3]);
-
 /* Mean ratio and signed volume [m^3] of a tetrahedron given by four corners. */
 double thrum_tet_mean_ratio(const double *const corners[4], double *volume);
 

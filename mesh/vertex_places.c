@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/base/vec3.h"
 #include "io/text.h"
 #include "platform/allocate.h"
 
@@ -90,11 +91,8 @@ typedef struct extent {
 } extent;
 
 static extent extent_of(const double *vertices, int64_t vertex_count) {
-  extent box = {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
-  for (int64_t c = 0; c < 3 * vertex_count; c++) {
-    box.low[c % 3] = fmin(box.low[c % 3], vertices[c]);
-    box.high[c % 3] = fmax(box.high[c % 3], vertices[c]);
-  }
+  extent box;
+  thrum_box3(vertices, vertex_count, box.low, box.high);
   return box;
 }
 

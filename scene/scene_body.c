@@ -25,7 +25,7 @@
 #include "thrum/condensed_model.h"
 #include "thrum/displacement.h"
 
-#define BODY_VECTORS 10
+#define BODY_VECTORS 9
 
 thrum_status thrum_scene_set_workers(thrum_scene *scene, int32_t workers, thrum_scene_run run,
                                      void *context, thrum_error *error) {
@@ -97,9 +97,9 @@ static thrum_status make_vectors(scene_body *body, thrum_error *error) {
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a body of rank %zu", r);
 
   // the vectors share one block
-  double **const each[BODY_VECTORS] = {
-      &body->start_q, &body->start_p, &body->force,    &body->inertia, &body->before,
-      &body->q,       &body->p,       &body->answered, &body->pulled,  &body->middle};
+  double **const each[BODY_VECTORS] = {&body->start_q, &body->start_p,  &body->force,
+                                       &body->inertia, &body->before,   &body->q,
+                                       &body->p,       &body->answered, &body->pulled};
   for (size_t n = 0; n < BODY_VECTORS; n++)
     *each[n] = body->vectors + n * r;
 
@@ -180,7 +180,6 @@ static thrum_status make_body(thrum_scene *scene, const thrum_scene_body_def *de
   // the start, and all that acts on the body
   THRUM_TRY(make_start(def, body, error));
   memcpy(body->before, body->start_q, (size_t)body->model->rank * sizeof *body->before);
-  memcpy(body->middle, body->start_q, (size_t)body->model->rank * sizeof *body->middle);
   if (masters > 0)
     THRUM_TRY(scene_slopes_make(body, error));
   THRUM_TRY(scene_free_make(def, body, error));

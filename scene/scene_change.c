@@ -174,7 +174,6 @@ static thrum_status restart(thrum_scene *scene, scene_body *body, thrum_error *e
   body->before_state = (scene_counts){0};
   body->q_known = body->p_known = false;
   memcpy(body->before, body->start_q, (size_t)model->rank * sizeof *body->before);
-  memcpy(body->middle, body->start_q, (size_t)model->rank * sizeof *body->middle);
   memset(body->answered, 0, (size_t)body->model->rank * sizeof *body->answered);
   memset(body->pulled, 0, (size_t)body->model->rank * sizeof *body->pulled);
 

@@ -26,15 +26,16 @@
 #include "thrum/condensed_model.h"
 
 /* vector (model's rank) in place: its force on the masters, with the slaves' part left as it is. */
-static void reduce(const scene_body *body, double *vector) {
+static thrum_status reduce(const scene_body *body, double *vector, thrum_error *error) {
   const thrum_model *stepped = body->derived->model;
   const int64_t masters = stepped->rank, all = body->model->rank;
   double load[THRUM_RANK_MAX], reduced[THRUM_RANK_MAX];
   memcpy(load, vector, (size_t)all * sizeof *load);
   for (int64_t h = masters; h < all; h++)
     load[h] *= body->g;
-  thrum_condensed_load(stepped, body->middle, load, reduced);
+  THRUM_TRY(thrum_state_reduce_load(stepped, body->state, load, reduced, error));
   memcpy(vector, reduced, (size_t)masters * sizeof *reduced);
+  return THRUM_OK;
 }
 
 /* Are the body's load, and what its slaves answer to it, finite? */
@@ -54,15 +55,8 @@ thrum_status scene_condensed_load(const scene_body *body, bool base, thrum_error
   memcpy(body->answered, body->force, (size_t)body->model->rank * sizeof *body->answered);
   if (body->touch == NULL)
     memset(body->pulled, 0, (size_t)body->model->rank * sizeof *body->pulled);
-  reduce(body, body->force);
-  if (base)
-    reduce(body, body->inertia);
-  return THRUM_OK;
-}
-
-void scene_condensed_extrapolate(const scene_body *body) {
-  for (int64_t i = 0; i < body->derived->rank; i++)
-    body->middle[i] = 1.5 * body->q[i] - 0.5 * body->before[i];
+  THRUM_TRY(reduce(body, body->force, error));
+  return base ? reduce(body, body->inertia, error) : THRUM_OK;
 }
 
 /* dy'_h/dx at the present x, slaves x masters, into the body's slopes. */

@@ -9,9 +9,6 @@
  * THRUM_BAD_VALUE, and nothing changes, where the force is not finite. */
 thrum_status scene_condensed_load(const scene_body *body, bool base, thrum_error *error);
 
-/* body->middle from the masters before and after the last step. */
-void scene_condensed_extrapolate(const scene_body *body);
-
 /* The points that touch as they follow now, pulls apart. */
 thrum_status scene_condensed_touch(scene_body *body, thrum_error *error);
 

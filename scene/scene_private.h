@@ -158,8 +158,7 @@ typedef struct scene_body {
   double *start_q, *start_p, *force, *inertia, *before, *q, *p;
   double *answered;      /* of a condensed body: the load that its slaves answer to, */
   double *pulled;        /* that of the pulls of the last step, which they answer to as well, */
-  double *middle;        /* masters in the middle of the step to come, extrapolated, */
-  double *slopes;        /* and slaves x masters, how they follow; room for any number of masters */
+  double *slopes;        /* slaves x masters, how they follow; room for any number of masters */
   bool q_known, p_known; /* q, p are those of the present step */
   thrum_load *courses;   /* load_count; the first is gravity. As given, */
   thrum_load *now;       /* and counted from the scene's origin */

@@ -74,7 +74,6 @@ thrum_status scene_rebuild(thrum_scene *scene, scene_body *body, const thrum_sta
   body->rigid_frame = frame;
   body->def = *def;
   memcpy(body->before, body->q, (size_t)rank * sizeof *body->q);
-  memcpy(body->middle, body->q, (size_t)rank * sizeof *body->q);
   memset(body->pulled, 0, (size_t)body->model->rank * sizeof *body->pulled);
   if (derived->condensed)
     body->q_known = body->p_known = false;

@@ -42,10 +42,9 @@ static size_t contact_bytes(const scene_body *body) {
   return body->touch != NULL ? thrum_contact_bytes(body->touch->contact) : 0;
 }
 
-/* Numbers of a condensed body alone: where its masters go, and what its slaves answer to, loads and
- * pulls. */
+/* Numbers of a condensed body alone: what its slaves answer to, loads and pulls. */
 static size_t condensed_count(const scene_body *body) {
-  return body->derived->condensed ? (size_t)(body->derived->rank + 2 * body->model->rank) : 0;
+  return body->derived->condensed ? (size_t)(2 * body->model->rank) : 0;
 }
 
 /* A body with a level of detail keeps what updates have seen, and the coordinates at the last. */
@@ -103,7 +102,6 @@ thrum_status thrum_scene_snapshot(const thrum_scene *scene, void *memory, size_t
     if (body->touch != NULL)
       put(&at, body->touch->contact, contact_bytes(body));
     if (body->derived->condensed) {
-      put(&at, body->middle, (size_t)body->derived->rank * sizeof *body->middle);
       put(&at, body->answered, (size_t)body->model->rank * sizeof *body->answered);
       put(&at, body->pulled, (size_t)body->model->rank * sizeof *body->pulled);
     }
@@ -256,7 +254,6 @@ static void take_body(scene_body *body, const unsigned char **at) {
   if (body->touch != NULL)
     take(at, body->touch->contact, contact_bytes(body));
   if (body->derived->condensed) {
-    take(at, body->middle, (size_t)body->derived->rank * sizeof *body->middle);
     take(at, body->answered, (size_t)body->model->rank * sizeof *body->answered);
     take(at, body->pulled, (size_t)body->model->rank * sizeof *body->pulled);
   }

@@ -72,8 +72,6 @@ static thrum_status count_work(const thrum_scene *scene, scene_body *body, thrum
                            "the work of its loads is beyond the range of finite numbers");
   body->work_load += all - base;
   body->work_base += base;
-  if (body->derived->condensed)
-    scene_condensed_extrapolate(body);
   memcpy(body->before, body->q, (size_t)model->rank * sizeof *body->q);
   return THRUM_OK;
 }

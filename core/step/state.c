@@ -68,7 +68,7 @@ void thrum_state_plan(thrum_state *state, const thrum_model *model) {
   state->restricted_count = def->integrator == THRUM_INTEGRATOR_IMEXV
                                 ? thrum_restriction_count(model, n < r ? n : r - 1)
                                 : 0;
-  state->plastic_count = state->shares_count = state->shapes_count = 0;
+  state->plastic_count = state->shares_count = state->shapes_count = state->ahead_count = 0;
 
   // tangent damping needs T of all modes, also where few or none are implicit
   state->kept_count = row->keeps_nothing ? 0 : n * n;
@@ -299,6 +299,7 @@ thrum_status thrum_state_set(const thrum_model *model, thrum_state *state, const
   *state = changed;
   memcpy(view.q, view.q_next, vector);
   memcpy(view.p, view.p_next, vector);
+  memcpy(view.q_ahead, view.q_next, (size_t)changed.ahead_count * sizeof *view.q_ahead);
   forget_history(state, &view);
 
   // there is no step before, and so no load of it

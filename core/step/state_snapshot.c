@@ -70,7 +70,8 @@ static thrum_status check_sizes(const thrum_model *model, const thrum_state *sta
       header->kept_count != planned.kept_count || header->next_count != planned.next_count ||
       header->tangent_count != planned.tangent_count ||
       header->plastic_count != planned.plastic_count ||
-      header->shares_count != planned.shares_count || header->shapes_count != planned.shapes_count)
+      header->shares_count != planned.shares_count ||
+      header->shapes_count != planned.shapes_count || header->ahead_count != planned.ahead_count)
     return refuse("size of an array", error);
   return THRUM_OK;
 }

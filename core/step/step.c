@@ -124,6 +124,8 @@ static void commit(const thrum_model *model, thrum_step_run *run, double amplitu
   const size_t vector = (size_t)next->rank * sizeof(double);
 
   THRUM_CALL_HOOKS(thrum_on_accepted, keep, model, run);
+  for (int64_t i = 0; i < next->ahead_count; i++)
+    view->q_ahead[i] = 1.5 * view->q_next[i] - 0.5 * run->q[i];
   memcpy(run->q, view->q_next, vector);
   memcpy(run->p, view->p_next, vector);
   memcpy(view->load_before, view->load, vector);

@@ -23,8 +23,7 @@ typedef struct reduced_stepper {
   const thrum_model *shape; /* and shown: another where coordinates follow */
   stepper_loads loads;      /* in coordinates of the shape */
   thrum_state *state;
-  double *load;   /* of the last step, on all coordinates; owned, with the next */
-  double *middle; /* masters in the middle of the step to come, extrapolated */
+  double *load; /* of the last step, on all coordinates; owned */
   condensed_check check;
   stepper_spin spin;
 } reduced_stepper;
@@ -99,9 +98,7 @@ static thrum_status set_start(reduced_stepper *self, const double *given_q, cons
   // what looks at the motion begins at the same start
   condensed_check_start(&self->check, request, q, p);
   condensed_check_damp(&self->check, def, 1);
-  THRUM_TRY(read_shape(self, self->loads.before));
-  memcpy(self->middle, self->loads.before, (size_t)self->model->rank * sizeof *self->middle);
-  return THRUM_OK;
+  return read_shape(self, self->loads.before);
 }
 
 /* --- stepping --------------------------------------------------------------------------------- */
@@ -116,14 +113,8 @@ static thrum_status set_force(reduced_stepper *self, int64_t step, thrum_error *
     THRUM_TRY(thrum_base_motion_load(self->shape, mean, self->loads.inertia, error));
     stepper_loads_add_inertia(&self->loads);
   }
-  if (self->shape == self->model)
-    return thrum_state_set_force(self->model, self->state, self->loads.force, error);
-
-  // a load on what follows acts on the masters through how it follows in the middle of the step
-  double reduced[THRUM_RANK_MAX];
-  thrum_condensed_load(self->model, self->middle, self->loads.force, reduced);
   memcpy(self->load, self->loads.force, (size_t)self->shape->rank * sizeof *self->load);
-  return thrum_state_set_force(self->model, self->state, reduced, error);
+  return thrum_state_set_load(self->model, self->state, self->load, error);
 }
 
 /* Adds what the slaves would have done in the step that was made. */
@@ -145,8 +136,6 @@ static thrum_status advance(void *stepper, int64_t step, thrum_error *error) {
   // what the step did for the energy: work of the loads, work of the base
   read_shape(self, self->loads.after);
   stepper_loads_count_work(&self->loads);
-  for (int64_t i = 0; i < self->model->rank; i++)
-    self->middle[i] = 1.5 * self->loads.after[i] - 0.5 * self->loads.before[i];
   stepper_loads_next(&self->loads);
   return status;
 }
@@ -273,9 +262,8 @@ thrum_status driver_stepper_reduced_from(const simulate_request *request, const 
   if (damping_spec_given(&request->modal))
     THRUM_TRY(damp_modes(self, error));
   self->shape = thrum_condensed_shape_model(self->model);
-  THRUM_TRY(thrum_reserve(&self->load, 2 * (size_t)self->shape->rank, sizeof *self->load,
+  THRUM_TRY(thrum_reserve(&self->load, (size_t)self->shape->rank, sizeof *self->load,
                           "a run of this model", error));
-  self->middle = self->load + self->shape->rank;
 
   // how far a condensed body can be believed is a question of the monitor
   if (self->shape != self->model && request->monitor)

@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "config/message.h"
+#include "core/base/vec3.h"
 #include "driver/scene/scene_run_sphere.h"
 #include "driver/scene/scene_run_world.h"
 #include "runtime/material/jacobi.h"
@@ -59,19 +60,11 @@ static double find_thickness(const thrum_model *model) {
 /* The box of a body at rest, and its diagonal and thickness as it is scaled. */
 static void find_box(scene_body_run *body) {
   const thrum_model *model = body->model;
-  double square = 0, thickness = find_thickness(model);
-  for (int axis = 0; axis < 3; axis++) {
-    body->least[axis] = INFINITY;
-    body->most[axis] = -INFINITY;
-    for (int64_t v = 0; v < model->vertex_count; v++) {
-      body->least[axis] = fmin(body->least[axis], model->vertices[3 * v + axis]);
-      body->most[axis] = fmax(body->most[axis], model->vertices[3 * v + axis]);
-    }
-    const double side = body->most[axis] - body->least[axis];
-    square += side * side;
-    thickness = fmin(thickness, side);
-  }
-  body->diagonal = body->spec->scale * sqrt(square);
+  double thickness = find_thickness(model);
+  thrum_box3(model->vertices, model->vertex_count, body->least, body->most);
+  for (int axis = 0; axis < 3; axis++)
+    thickness = fmin(thickness, body->most[axis] - body->least[axis]);
+  body->diagonal = body->spec->scale * thrum_box3_diagonal(model->vertices, model->vertex_count);
   body->thickness = body->spec->scale * thickness;
 }
 

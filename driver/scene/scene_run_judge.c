@@ -16,6 +16,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/base/vec3.h"
 #include "driver/record/run_placement.h"
 #include "driver/run/basis_rerun.h"
 #include "driver/scene/scene_run_build.h"
@@ -362,16 +363,12 @@ typedef struct sums {
  * 1 / sqrt(3) of the way. */
 static void place_points(const scene_run *run, int32_t n, sums *to) {
   const thrum_model *model = run->bodies[n].model;
-  for (int axis = 0; axis < 3; axis++) {
-    double least = INFINITY, most = -INFINITY;
-    for (int64_t v = 0; v < model->vertex_count; v++) {
-      least = fmin(least, model->vertices[3 * v + axis]);
-      most = fmax(most, model->vertices[3 * v + axis]);
-    }
+  double least[3], most[3];
+  thrum_box3(model->vertices, model->vertex_count, least, most);
+  for (int axis = 0; axis < 3; axis++)
     for (int k = 0; k < POINTS; k++)
-      to->at[k][axis] =
-          0.5 * (least + most) + ((k >> axis) & 1 ? 0.5 : -0.5) * (most - least) / sqrt(3);
-  }
+      to->at[k][axis] = 0.5 * (least[axis] + most[axis]) +
+                        ((k >> axis) & 1 ? 0.5 : -0.5) * (most[axis] - least[axis]) / sqrt(3);
 }
 
 /* Adds the motion of the axes of a body in both runs. */

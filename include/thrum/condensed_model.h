@@ -26,7 +26,8 @@
  * how much of the kinetic energy that leaves out. Sources: Vizzaccaro et al. 2020,
  * doi:10.1007/s11071-020-05813-1; Touze et al. 2021, doi:10.1007/s00466-021-02051-1.
  *
- * Pure functions; any thread; nothing allocated.
+ * Functions of models are pure: any thread. Those of a state are for the thread that has it.
+ * Nothing is allocated.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_CONDENSED_MODEL_H
@@ -34,6 +35,7 @@
 
 #include "thrum/api.h"
 #include "thrum/model.h"
+#include "thrum/state.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -75,10 +77,24 @@ THRUM_API void thrum_condensed_velocity(const thrum_model *model, const double *
                                         double *p);
 
 /* reduced (rank) = the force on the masters of a load on all coordinates (shape model's rank) at x:
- * f_i + sum_h f_h dy_h/dx_i. It depends on x: for a step, take x at its middle. reduced overlaps
- * neither. */
+ * f_i + sum_h f_h dy_h/dx_i. It depends on x: thrum_state_set_load takes x in the middle of a step.
+ * reduced overlaps neither. */
 THRUM_API void thrum_condensed_load(const thrum_model *model, const double *x, const double *load,
                                     double *reduced);
+
+/* Sets the external load of the steps to come, as thrum_state_set_force does, by the load on all
+ * coordinates (shape model's rank). What acts on the slaves acts on the masters as they follow in
+ * the middle of the step to come, which the state extrapolates from the two steps before (order 2,
+ * design 16): set it before each step where it acts on slaves, also where it does not change. Of a
+ * model that is not condensed it is thrum_state_set_force. Errors as of that. */
+THRUM_API thrum_status thrum_state_set_load(const thrum_model *model, thrum_state *state,
+                                            const double *load, thrum_error *error);
+
+/* The same without setting it: reduced (rank) = the force on the masters in the step to come. The
+ * arrays do not overlap. */
+THRUM_API thrum_status thrum_state_reduce_load(const thrum_model *model, thrum_state *state,
+                                               const double *load, double *reduced,
+                                               thrum_error *error);
 
 /* Kinetic energy of the slaves over that of the whole [1] at x with the velocities v (rank each):
  * the inertia that condensing leaves out. 0 at rest, and of a model that is not condensed. */

@@ -267,6 +267,19 @@ class State:
             call(lib.thrum_state_set_force, self._c_model, self._open(), _native.pointer(force))
             self._force[:] = force
 
+    def set_load(self, load: Any) -> None:
+        """Sets `force` by the load on all `shown` coordinates, for the step to come.
+
+        Of a condensed model, what acts on the coordinates that follow acts on the others as they follow in the middle of
+        the step, which the state extrapolates: set it before each step.
+        """
+        pushed = _native.doubles(load, (self.model.shown,), "load")
+        with self._lock:
+            state, force = self._open(), np.empty(len(self._force))
+            call(lib.thrum_state_reduce_load, self._c_model, state, _native.pointer(pushed), _native.pointer(force))
+            call(lib.thrum_state_set_force, self._c_model, state, _native.pointer(force))
+            self._force[:] = force
+
     def clear_plastic(self) -> None:
         """Puts the material to where nothing has flowed; q and p stay."""
         with self._lock:

@@ -173,6 +173,7 @@ void thrum_follow_drag(const thrum_model *model, const thrum_state *state, thrum
 void thrum_follow_plan(const thrum_model *model, thrum_state *state) {
   const int64_t needed = thrum_step_work_count(model);
   state->work_count = needed > state->work_count ? needed : state->work_count;
+  state->ahead_count = thrum_slave_count(model) > 0 ? model->rank : 0;
 }
 
 void thrum_follow_load(const thrum_model *model, thrum_step_run *run) {

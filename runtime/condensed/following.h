@@ -56,7 +56,8 @@ bool thrum_follow_is_damped(const thrum_model *model, const thrum_state *state);
 void thrum_follow_drag(const thrum_model *model, const thrum_state *state, thrum_state_view *view,
                        double *force);
 
-/* As hooks (schemes.h): the scratch of the drag in view->work; and the drag, which is a force of
+/* As hooks (schemes.h): the scratch of the drag in view->work, and room for the masters half a step
+ * ahead, where loads on the slaves act; and the drag, which is a force of
  * the step as well, added to its load. */
 void thrum_follow_plan(const thrum_model *model, thrum_state *state);
 void thrum_follow_load(const thrum_model *model, thrum_step_run *run);

@@ -12,6 +12,7 @@
 #include "io/npz.h"
 #include "mesh/formats/mesh_read.h"
 #include "mesh/mesh.h"
+#include "tests/support/sanitized.h"
 #include "tests/support/simulate_support.h"
 #include "tests/support/test_folder.h"
 #include "thrum/displacement.h"
@@ -805,7 +806,7 @@ static void what_is_not_found_beyond_buckling_is_named(void **state) {
   snprintf(load, sizeof load, "constant:%.17g,0,0@right",
            -1.02 * 9.8696044 * 2.1e11 * pow(0.006, 4) / 12 / 4);
   static const char *const across[] = {"constant:0,0,0@right", "constant:0,0,0.05@right"};
-  for (int n = 0; n < 2; n++) {
+  for (int n = 0; n < LENGTH_OF_RUN(2, 1); n++) {
     program_result run =
         thrum_run(folder, "static", "beam:12x1x1@1x0.006x0.006", "--order", "2", "--fix", "left",
                   "--young", "2.1e11", "--poisson", "0.3", "--density", "7850", "--load", load,

@@ -117,7 +117,7 @@ class Scenes(unittest.TestCase):
             state, far = fewer.state(integrator="energy", dt=0.002), 0.0
             load = model.external_load(force=(0, 0, -140), group="tip")
             for _ in range(150):
-                state.force = fewer.condensed_load(state.q, load)
+                state.set_load(load)
                 state.step()
                 shape = fewer.shape(state.q, load)
                 far = max(far, abs(model.displacement(shape)[tip, 2]))

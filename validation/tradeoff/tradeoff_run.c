@@ -26,19 +26,9 @@ typedef struct follower {
   const tradeoff_space *space;
   bool condensed;
   condensed_check check;
-  double x[2 * THRUM_RANK_MAX];  /* masters, and their velocities */
-  double middle[THRUM_RANK_MAX]; /* masters in the middle of the step to come */
-  double load[THRUM_RANK_MAX];   /* of the last step, on all coordinates */
+  double x[2 * THRUM_RANK_MAX]; /* masters, and their velocities */
+  double load[THRUM_RANK_MAX];  /* of the last step, on all coordinates */
 } follower;
-
-/* The force on what is stepped. */
-static const double *reduce(follower *f, const double *force, double *reduced) {
-  if (!f->condensed)
-    return force;
-  memcpy(f->load, force, (size_t)f->space->shape->rank * sizeof *force);
-  thrum_condensed_load(f->space->stepped, f->middle, force, reduced);
-  return reduced;
-}
 
 /* q and p of all coordinates after a step. */
 static thrum_status read_shape(follower *f, thrum_state *state, double *q) {
@@ -47,11 +37,7 @@ static thrum_status read_shape(follower *f, thrum_state *state, double *q) {
   if (!f->condensed)
     return thrum_state_get(space->stepped, state, q, q + count, NULL);
 
-  double before[THRUM_RANK_MAX];
-  memcpy(before, f->x, (size_t)count * sizeof *before);
   THRUM_TRY(thrum_state_get(space->stepped, state, f->x, f->x + THRUM_RANK_MAX, NULL));
-  for (int64_t i = 0; i < count; i++)
-    f->middle[i] = 1.5 * f->x[i] - 0.5 * before[i];
   thrum_condensed_shape(space->stepped, f->x, f->load, q);
   thrum_condensed_velocity(space->stepped, f->x, f->x + THRUM_RANK_MAX, q + space->shape->rank);
   return THRUM_OK;
@@ -64,22 +50,20 @@ static int64_t step_all(follower *f, const tradeoff_view *view, const thrum_stat
   const int64_t rank = f->space->shape->rank, steps = thrum_step_count(script->time, def->dt);
   const int64_t look = steps / TRADEOFF_SAMPLES + 1;
   double from[2 * THRUM_RANK_MAX] = {0}, to[2 * THRUM_RANK_MAX], work[2 * THRUM_RANK_MAX];
-  double force[THRUM_RANK_MAX], reduced[THRUM_RANK_MAX];
   taker t = {samples, rank, 0, 0};
 
   // the first step begins where the body starts, with what follows at rest
   memcpy(from, view->start, (size_t)rank * sizeof *from);
-  memcpy(f->x, from, (size_t)f->space->stepped->rank * sizeof *from);
-  memcpy(f->middle, from, (size_t)f->space->stepped->rank * sizeof *from);
   if (thrum_state_set(f->space->stepped, state, from, NULL, NULL) < 0)
     return 0;
 
   for (int64_t k = 0; k < steps; k++) {
     thrum_energies energies;
     const double began = clock_thread_seconds();
-    thrum_load_sum(script->courses, view->directions, script->load_count, rank, k, def->dt, force);
-    if (full_motion_reduced_base(f->space->shape, script, k, def->dt, force, NULL) < 0 ||
-        thrum_state_set_force(f->space->stepped, state, reduce(f, force, reduced), NULL) < 0 ||
+    thrum_load_sum(script->courses, view->directions, script->load_count, rank, k, def->dt,
+                   f->load);
+    if (full_motion_reduced_base(f->space->shape, script, k, def->dt, f->load, NULL) < 0 ||
+        thrum_state_set_load(f->space->stepped, state, f->load, NULL) < 0 ||
         thrum_step(f->space->stepped, state, NULL) < 0)
       return k;
     *spent += clock_thread_seconds() - began;

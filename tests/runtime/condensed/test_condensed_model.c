@@ -137,6 +137,60 @@ static void velocities_are_the_derivative_of_the_shape_and_loads_their_transpose
   random_model_free(&m);
 }
 
+/* The force of a load, steps on, and after a snapshot, as the state extrapolates its masters. */
+static void a_state_takes_a_load_in_the_middle_of_the_step_to_come(void **context) {
+  (void)context;
+  random_model m;
+  random_model_make_wild(&m, 13, RANK);
+  const thrum_model *stepped = NULL;
+  void *memory = condense(&m.model, MASTERS, &stepped);
+  thrum_state_def def = thrum_default_state_def();
+  def.dt = 0.01;
+  thrum_state *state = NULL, *twin = NULL;
+  assert_int_equal(thrum_state_create(stepped, &def, &state, NULL), THRUM_OK);
+  assert_int_equal(thrum_state_create(stepped, &def, &twin, NULL), THRUM_OK);
+  random_state random = {5};
+  double x[MASTERS], before[MASTERS], middle[MASTERS], load[RANK], reduced[MASTERS], found[MASTERS];
+  random_vector(&random, MASTERS, 0.1, x);
+  random_vector(&random, RANK, 1, load);
+  assert_int_equal(thrum_state_set(stepped, state, x, NULL, NULL), THRUM_OK);
+  memcpy(before, x, sizeof before);
+
+  for (int k = 0; k < 5; k++) {
+    // no step before the first one says where it goes
+    for (int i = 0; i < MASTERS; i++)
+      middle[i] = 1.5 * x[i] - 0.5 * before[i];
+    thrum_condensed_load(stepped, k > 0 ? middle : x, load, reduced);
+    assert_int_equal(thrum_state_reduce_load(stepped, state, load, found, NULL), THRUM_OK);
+    assert_memory_equal(found, reduced, sizeof reduced);
+
+    // what is set is that, and a snapshot has it
+    assert_true(thrum_state_set_load(stepped, state, load, NULL) >= 0);
+    memcpy(before, x, sizeof before);
+    assert_true(thrum_step(stepped, state, NULL) >= 0);
+    assert_int_equal(thrum_state_get(stepped, state, x, NULL, NULL), THRUM_OK);
+    unsigned char kept[1 << 16];
+    const size_t size = thrum_state_snapshot_size(state);
+    assert_true(size <= sizeof kept);
+    assert_int_equal(thrum_state_snapshot(state, kept, size, NULL), THRUM_OK);
+    assert_int_equal(thrum_state_restore(stepped, twin, kept, size, NULL), THRUM_OK);
+    assert_int_equal(thrum_state_reduce_load(stepped, twin, load, reduced, NULL), THRUM_OK);
+    assert_int_equal(thrum_state_reduce_load(stepped, state, load, found, NULL), THRUM_OK);
+    assert_memory_equal(found, reduced, sizeof reduced);
+  }
+
+  // what is refused leaves the output as it was
+  load[RANK - 1] = NAN;
+  assert_int_equal(thrum_state_set_load(stepped, state, load, NULL), THRUM_BAD_VALUE);
+  assert_int_equal(thrum_state_reduce_load(stepped, state, NULL, found, NULL),
+                   THRUM_INVALID_ARGUMENT);
+  assert_memory_equal(found, reduced, sizeof reduced);
+  thrum_state_destroy(state);
+  thrum_state_destroy(twin);
+  free(memory);
+  random_model_free(&m);
+}
+
 /* A model as a file of `precompute --condense` gives it: the arrays of `stepped` and its shape. */
 static thrum_model as_precomputed(const random_model *m, const thrum_model *stepped) {
   thrum_model model = m->model;
@@ -513,6 +567,7 @@ int main(void) {
       cmocka_unit_test(the_condensed_energy_is_the_least_over_all_slaves),
       cmocka_unit_test(a_load_on_the_slaves_moves_where_they_rest),
       cmocka_unit_test(velocities_are_the_derivative_of_the_shape_and_loads_their_transpose),
+      cmocka_unit_test(a_state_takes_a_load_in_the_middle_of_the_step_to_come),
       cmocka_unit_test(a_model_that_was_precomputed_condensed_gives_the_same_models),
       cmocka_unit_test(stretching_masters_at_rest_have_the_energy_of_condensing_them),
       cmocka_unit_test(a_master_stretches_from_a_share_of_the_energy_of_strains_of_one),
