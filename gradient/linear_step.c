@@ -34,6 +34,7 @@
 
 #define ROUNDING_SHARE 1e-5 /* as of the step: 1e-16 of V over a residual of 1e-11 */
 #define WORK_FACTOR 100.0   /* times the work of the forces up to which V belongs to the step */
+#define TOGETHER 1e-9       /* apart by less of their squares: one frequency */
 
 static double dot(const double *a, const double *b, int64_t n) {
   double sum = 0.0;
@@ -95,6 +96,7 @@ static void put_trapezoid(thrum_linear_step *step) {
   const double *d = step->d, *r = step->start.force, *r_next = step->end.force;
   const double square = dot(d, d, n), inverse = square > 0.0 ? 1.0 / square : 0.0;
   const double sigma = square > 0.0 ? sigma_of(step, square) : 0.0;
+  step->has_sigma = sigma != 0.0;
 
   // x = 1/2 T d and y = 1/2 T' d
   memset(step->x, 0, (size_t)n * sizeof(double));
@@ -176,6 +178,145 @@ bool thrum_linear_step_factor(thrum_linear_step *step, const thrum_made_step *ma
   return thrum_linear_factor(step->jacobian, n, step->rows);
 }
 
+/* --- parts of the energy ---------------------------------------------------------------------- */
+
+/* The change of a function f of K with K: that of entry i, j is slope_ij times that of K (Daleckii
+ * & Krein 1965), slope_ij = (f_i - f_j)/(omega_i^2 - omega_j^2), and f' on the diagonal. */
+static void put_slopes(const thrum_linear_step *step, const double *values, const double *slopes,
+                       double *to) {
+  const int64_t n = step->rank;
+  const double *omega2 = step->model->omega2;
+  for (int64_t i = 0; i < n; i++)
+    for (int64_t j = 0; j < n; j++) {
+      const double apart = omega2[i] - omega2[j];
+      const bool together = fabs(apart) <= TOGETHER * (omega2[i] + omega2[j]);
+      to[i * n + j] = together ? 0.5 * (slopes[i] + slopes[j]) : (values[i] - values[j]) / apart;
+    }
+}
+
+static double kappa_change(const thrum_linear_step *step, int64_t i);
+static double nu_square_change(const thrum_linear_step *step, int64_t i);
+
+void thrum_linear_step_prepare_parts(thrum_linear_step *step) {
+  const int64_t n = step->rank;
+  const double beta = step->equation.damping_beta, *omega2 = step->model->omega2;
+  double *f = step->part_y, *slope = step->part_kappa;
+  for (int64_t i = 0; i < n; i++) {
+    step->nothing[i] = 0.0;
+    f[i] = step->kappa[i];
+    slope[i] = omega2[i] > 0.0 ? kappa_change(step, i) / omega2[i] : 0.0;
+  }
+  put_slopes(step, f, slope, step->slope_kappa);
+  for (int64_t i = 0; i < n; i++) {
+    slope[i] *= 2.0 * f[i];
+    f[i] *= f[i];
+  }
+  put_slopes(step, f, slope, step->slope_kappa_square);
+  for (int64_t i = 0; i < n; i++) {
+    const double square = step->nu[i] * step->nu[i];
+    const double change = omega2[i] > 0.0 ? nu_square_change(step, i) / omega2[i] : 0.0;
+    f[i] = square * step->damping[i];
+    slope[i] = square * beta + change * step->damping[i];
+  }
+  put_slopes(step, f, slope, step->slope_damped);
+  for (int64_t i = 0; i < n; i++)
+    slope[i] = beta;
+  put_slopes(step, step->damping, slope, step->slope_damping);
+}
+
+/* to_i += by sum_j slope_ij L_ij v_j */
+static void add_slope(const thrum_linear_step *step, const thrum_energy_part *part,
+                      const double *slope, double by, const double *v, double *to) {
+  const int64_t n = step->rank;
+  for (int64_t i = 0; i < n; i++) {
+    double sum = 0.0;
+    for (int64_t j = 0; j < n; j++)
+      sum += slope[i * n + j] * part->linear[i * n + j] * v[j];
+    to[i] += by * sum;
+  }
+}
+
+/* The force of a part into `force`; returns its energy. */
+static double part_force(const thrum_linear_step *step, const thrum_energy_part *part,
+                         const double *q, double *force) {
+  const int64_t n = step->rank;
+  const thrum_model model = {.rank = n,
+                             .c3_count = thrum_c3_count(n),
+                             .c4_count = thrum_c4_count(n),
+                             .format = step->model->format,
+                             .omega2 = step->nothing,
+                             .c3 = part->c3,
+                             .c4 = part->c4};
+  double energy = thrum_internal_force(&model, q, force, step->work);
+  for (int64_t i = 0; i < n; i++) {
+    const double linear = dot(part->linear + i * n, q, n);
+    force[i] += linear;
+    energy += 0.5 * linear * q[i];
+  }
+  return energy;
+}
+
+/* The change of G with a part into part_y, that of kappa d into part_kappa. */
+static void put_part(const thrum_linear_step *step, const thrum_made_step *made,
+                     const thrum_energy_part *part) {
+  const int64_t n = step->rank;
+  const double h = step->equation.dt, *d = step->d;
+  double *start = step->part_start, *end = step->part_end, *middle = step->part_middle;
+  double *y = step->part_y;
+  const thrum_step_form form = step->equation.form;
+  double v = 0.0, v_next = 0.0;
+  if (form != THRUM_STEP_MIDPOINT) {
+    v = part_force(step, part, made->q, start);
+    v_next = part_force(step, part, made->q_next, end);
+  }
+
+  // the mean force
+  if (has_middle(form)) {
+    for (int64_t i = 0; i < n; i++)
+      y[i] = made->q[i] + 0.5 * d[i];
+    part_force(step, part, y, middle);
+  }
+  double sigma = 0.0;
+  if (form == THRUM_STEP_TRAPEZOID && step->has_sigma)
+    sigma = (v_next - v - 0.5 * (dot(start, d, n) + dot(end, d, n))) / dot(d, d, n);
+  for (int64_t i = 0; i < n; i++) {
+    const double mean = form == THRUM_STEP_TRAPEZOID  ? 0.5 * (start[i] + end[i]) + sigma * d[i]
+                        : form == THRUM_STEP_MIDPOINT ? middle[i]
+                                                      : (start[i] + 4.0 * middle[i] + end[i]) / 6.0;
+    y[i] = 0.5 * h * h * mean;
+    step->part_kappa[i] = 0.0;
+  }
+
+  // kappa and nu follow the frequencies, and D
+  add_slope(step, part, step->slope_kappa_square, 1.0, d, y);
+  add_slope(step, part, step->slope_kappa, -h, made->p, y);
+  add_slope(step, part, step->slope_damped, 0.5 * h, d, y);
+  add_slope(step, part, step->slope_kappa, 1.0, d, step->part_kappa);
+}
+
+/* The same of the forces at both ends, into part_start and part_end. */
+static void put_part_ends(const thrum_linear_step *step, const thrum_made_step *made,
+                          const thrum_energy_part *part) {
+  part_force(step, part, made->q, step->part_start);
+  part_force(step, part, made->q_next, step->part_end);
+  add_slope(step, part, step->slope_damping, 1.0, made->p, step->part_start);
+  add_slope(step, part, step->slope_damping, 1.0, made->p_next, step->part_end);
+  if (step->equation.form != THRUM_STEP_VERLET)
+    return;
+
+  // a load that jumps is divided by 1 + h/2 D
+  const int64_t n = step->rank;
+  const double half = 0.5 * step->equation.dt;
+  double *jump = step->part_kappa, *y = step->part_y;
+  for (int64_t i = 0; i < n; i++) {
+    jump[i] = (made->force[i] - made->force_before[i]) / (1.0 + half * step->damping[i]);
+    y[i] = 0.0;
+  }
+  add_slope(step, part, step->slope_damping, half, jump, y);
+  for (int64_t i = 0; i < n; i++)
+    step->part_start[i] += y[i] / (1.0 + half * step->damping[i]);
+}
+
 /* --- the implicit steps ----------------------------------------------------------------------- */
 
 /* to += by B v, or of the transpose. */
@@ -221,6 +362,10 @@ static void pull_implicit(const thrum_linear_step *step, const thrum_made_step *
   for (int64_t i = 0; i < n; i++)
     step->w[i] = q[i] + 2.0 * step->kappa[i] / h * p[i];
   thrum_linear_solve_transposed(step->jacobian, n, step->rows, step->w);
+  for (int64_t g = 0; g < change->part_count; g++) {
+    put_part(step, made, change->parts + g);
+    change->part[g] += 2.0 / h * dot(p, step->part_kappa, n) - dot(w, step->part_y, n);
+  }
 
   // what the equation depends on beside q
   for (int64_t i = 0; i < n; i++) {
@@ -253,12 +398,23 @@ static void push_implicit(const thrum_linear_step *step, const thrum_made_step *
                       nu_square_change(step, i) * in_square);
   }
   add_by_start(step, -0.5 * h * h, q, false, step->w);
+
+  // that of kappa d by the parts, times 2/h, comes to p' in the end
+  memset(step->x, 0, (size_t)n * sizeof(double));
+  for (int64_t g = 0; g < change->part_count; g++) {
+    put_part(step, made, change->parts + g);
+    for (int64_t i = 0; i < n; i++) {
+      step->w[i] -= change->part[g] * step->part_y[i];
+      step->x[i] += change->part[g] * step->part_kappa[i];
+    }
+  }
   thrum_linear_solve(step->jacobian, n, step->rows, step->w);
 
   for (int64_t i = 0; i < n; i++) {
     const double by = 2.0 / h;
     q[i] += step->w[i];
-    p[i] = by * (step->kappa[i] * step->w[i] + s * kappa_change(step, i) * d[i]) - p[i];
+    p[i] =
+        by * (step->kappa[i] * step->w[i] + s * kappa_change(step, i) * d[i] + step->x[i]) - p[i];
   }
 }
 
@@ -286,6 +442,22 @@ static void pull_newmark(const thrum_linear_step *step, const thrum_made_step *m
     p[i] += h * q[i] - damping[i] * a[i];
   }
   add_product(step->start.tangent, -1.0, a, n, q);
+  for (int64_t g = 0; g < change->part_count; g++) {
+    put_part_ends(step, made, change->parts + g);
+    change->part[g] -= dot(w, step->part_end, n) + dot(a, step->part_start, n);
+  }
+}
+
+/* y = - sum of the changes of the force at one end by the parts. */
+static void put_part_sum(const thrum_linear_step *step, const thrum_made_step *made,
+                         const thrum_step_change *change, bool at_end) {
+  memset(step->y, 0, (size_t)step->rank * sizeof(double));
+  for (int64_t g = 0; g < change->part_count; g++) {
+    put_part_ends(step, made, change->parts + g);
+    const double *end = at_end ? step->part_end : step->part_start;
+    for (int64_t i = 0; i < step->rank; i++)
+      step->y[i] -= change->part[g] * end[i];
+  }
 }
 
 static void push_newmark(const thrum_linear_step *step, const thrum_made_step *made,
@@ -296,15 +468,17 @@ static void push_newmark(const thrum_linear_step *step, const thrum_made_step *m
   double *q = change->q, *p = change->p, *a = step->x, *w = step->w;
 
   // a, then q' and p' without a'
+  put_part_sum(step, made, change, false);
   for (int64_t i = 0; i < n; i++)
-    a[i] = change->force[i] - damping[i] * p[i] - change->damping[i] * made->p[i] -
+    a[i] = step->y[i] + change->force[i] - damping[i] * p[i] - change->damping[i] * made->p[i] -
            s * step->start.force[i];
   add_product(step->start.tangent, -1.0, q, n, a);
+  put_part_sum(step, made, change, true);
   for (int64_t i = 0; i < n; i++) {
     q[i] += h * p[i] + h * h * (0.5 - e->newmark_beta) * a[i];
     p[i] += h * (1.0 - e->newmark_gamma) * a[i];
-    w[i] = change->force[i] - damping[i] * p[i] - change->damping[i] * made->p_next[i] -
-           s * step->end.force[i];
+    w[i] = step->y[i] + change->force[i] - damping[i] * p[i] -
+           change->damping[i] * made->p_next[i] - s * step->end.force[i];
   }
   add_product(step->end.tangent, -1.0, q, n, w);
   thrum_linear_solve(step->jacobian, n, step->rows, w);
@@ -344,13 +518,18 @@ static void pull_verlet(const thrum_linear_step *step, const thrum_made_step *ma
   thrum_tangent_product(step->model, made->q, kicked, product, step->work);
   for (int64_t i = 0; i < n; i++)
     q[i] -= 0.5 * h * product[i];
+  for (int64_t g = 0; g < change->part_count; g++) {
+    put_part_ends(step, made, change->parts + g);
+    change->part[g] -= 0.5 * h * (dot(last, step->part_end, n) + dot(kicked, step->part_start, n));
+  }
 }
 
 static void push_verlet(const thrum_linear_step *step, const thrum_made_step *made,
                         thrum_step_change *change) {
   const int64_t n = step->rank;
   const double h = step->equation.dt, s = change->stiffness;
-  double *q = change->q, *p = change->p, *kicked = step->x, *product = step->y;
+  double *q = change->q, *p = change->p, *kicked = step->x, *product = step->w;
+  put_part_sum(step, made, change, false);
   thrum_tangent_product(step->model, made->q, q, product, step->work);
   for (int64_t i = 0; i < n; i++) {
     const double more = 0.5 * h * step->damping[i], c = 1.0 + more;
@@ -358,14 +537,15 @@ static void push_verlet(const thrum_linear_step *step, const thrum_made_step *ma
     const double load = (change->force[i] + more * change->force_before[i]) / c;
     kicked[i] =
         (1.0 - more) * p[i] + 0.5 * h *
-                                  (load - product[i] - s * step->start.force[i] -
+                                  (step->y[i] + load - product[i] - s * step->start.force[i] -
                                    change->damping[i] * (made->p[i] + 0.5 * h * jump / (c * c)));
     q[i] += h * kicked[i];
   }
   thrum_tangent_product(step->model, made->q_next, q, product, step->work);
+  put_part_sum(step, made, change, true);
   for (int64_t i = 0; i < n; i++)
     p[i] = (kicked[i] + 0.5 * h *
-                            (change->force[i] - product[i] - s * step->end.force[i] -
+                            (step->y[i] + change->force[i] - product[i] - s * step->end.force[i] -
                              change->damping[i] * made->p_next[i])) /
            (1.0 + 0.5 * h * step->damping[i]);
 }

@@ -5,6 +5,7 @@
 
 #include <stdbool.h>
 
+#include "thrum/gradient.h"
 #include "thrum/step_equation.h"
 
 /* R, T and V at an end of a step. */
@@ -29,18 +30,31 @@ typedef struct thrum_linear_step {
   int32_t *rows;    /* rank */
   double *work;     /* thrum_work_count */
 
+  bool has_sigma; /* trapezoid: sigma is no rounding */
+
   /* Scratch, rank each. */
   double *d, *mean, *sigma_d, *sigma_q, *w, *x, *y;
+
+  /* Of parts of the energy: how functions of K change with it (rank x rank each, see
+   * thrum_linear_step_prepare_parts), no frequencies, and scratch, rank each. */
+  double *slope_kappa, *slope_kappa_square, *slope_damped, *slope_damping;
+  double *nothing, *part_start, *part_middle, *part_end, *part_kappa, *part_y;
 } thrum_linear_step;
 
 /* Derivatives by what a step depends on, or a direction of that. */
 typedef struct thrum_step_change {
-  double *q, *p;                /* of the end before the call, of the start after it; pushed, the
-                                   other way round */
-  double *force, *force_before; /* rank each */
-  double *damping;              /* of D of each mode; what is pulled back is added */
-  double stiffness;             /* of a factor of V and of omega^2 in kappa and nu; likewise */
+  double *q, *p;                  /* of the end before the call, of the start after it; pushed, the
+                                     other way round */
+  double *force, *force_before;   /* rank each */
+  double *damping;                /* of D of each mode; what is pulled back is added */
+  double stiffness;               /* of a factor of V and of omega^2 in kappa and nu; likewise */
+  const thrum_energy_part *parts; /* part_count */
+  double *part;                   /* of the share of each; likewise */
+  int64_t part_count;
 } thrum_step_change;
+
+/* Fills what steps with parts of the energy need, once kappa, nu and damping are known. */
+void thrum_linear_step_prepare_parts(thrum_linear_step *step);
 
 /* R, T and V of an end, as far as steps of this form need them. */
 void thrum_linear_step_evaluate(thrum_linear_step *step, const double *q, thrum_step_place *place);

@@ -35,6 +35,12 @@ static thrum_step_change change_of(thrum_tape *tape) {
   return change;
 }
 
+static void take_parts(const thrum_tape_gradient *from, thrum_step_change *change) {
+  change->parts = from->parts;
+  change->part = from->part;
+  change->part_count = from->parts && from->part ? from->part_count : 0;
+}
+
 static thrum_status check_pass(const thrum_model *model, const thrum_tape *tape,
                                thrum_error *error) {
   THRUM_TRY(thrum_tape_check(model, tape, error));
@@ -65,7 +71,7 @@ static thrum_status enter(thrum_tape *tape, int64_t k, const thrum_made_step *ma
 }
 
 /* The tape's linear step with the model and the arrays of a pass, its first end evaluated. */
-static void begin(const thrum_model *model, thrum_tape *tape, int64_t k) {
+static void begin(const thrum_model *model, thrum_tape *tape, int64_t k, int64_t part_count) {
   thrum_linear_step *step = &tape->step;
   step->model = model;
   step->rank = tape->rank;
@@ -74,6 +80,8 @@ static void begin(const thrum_model *model, thrum_tape *tape, int64_t k) {
   step->damping = tape->damping;
   if (tape->count > 0)
     step->equation.form = (thrum_step_form)tape->form[0];
+  if (part_count > 0)
+    thrum_linear_step_prepare_parts(step);
   thrum_linear_step_evaluate(step, tape->q + k * tape->rank, &step->start);
 }
 
@@ -121,10 +129,13 @@ thrum_status thrum_tape_pull_back(const thrum_model *model, thrum_tape *tape, co
   const size_t vector = (size_t)r * sizeof(double);
   thrum_step_change change = change_of(tape);
   double *before = tape->change[5], loads = 0.0;
+  take_parts(gradient, &change);
+  for (int64_t g = 0; g < change.part_count; g++)
+    change.part[g] = 0.0;
   memset(change.q, 0, vector);
   memset(change.p, 0, vector);
   memset(before, 0, vector);
-  begin(model, tape, last);
+  begin(model, tape, last, change.part_count);
   for (int64_t k = last - 1; k >= 0; k--) {
     add(change.q, q_bar ? q_bar + (k + 1) * r : NULL, r);
     add(change.p, p_bar ? p_bar + (k + 1) * r : NULL, r);
@@ -177,6 +188,7 @@ thrum_status thrum_tape_push_forward(const thrum_model *model, thrum_tape *tape,
   const int64_t r = tape->rank;
   thrum_step_change change = change_of(tape);
   change.stiffness = direction->stiffness - direction->density;
+  take_parts(direction, &change);
 
   // the damping of each mode
   const double beta = direction->beta + tape->step.equation.damping_beta * change.stiffness;
@@ -188,7 +200,7 @@ thrum_status thrum_tape_push_forward(const thrum_model *model, thrum_tape *tape,
   copy_or_zero(change.p, direction->p, r);
   copy_or_zero(q, change.q, r);
   copy_or_zero(p, change.p, r);
-  begin(model, tape, 0);
+  begin(model, tape, 0, change.part_count);
   for (int64_t k = 0; k < tape->count; k++) {
     const thrum_made_step made = made_step(tape, k);
     put_force(tape, k, direction, change.force);

@@ -87,6 +87,15 @@ THRUM_API const double *thrum_tape_p(const thrum_tape *tape);
 
 /* --- derivatives ------------------------------------------------------------------------------ */
 
+/* A part of the strain energy, such as that of a region of the body, in the coordinates of the
+ * model: 1/2 q L q and a cubic and a quartic form. A factor of it turns the modes, unless L is
+ * diagonal: its derivative is that of the body whose modes were found anew, seen in coordinates
+ * that stay. */
+typedef struct thrum_energy_part {
+  const double *linear;  /* L, rank x rank, both triangles [1/s^2] */
+  const double *c3, *c4; /* in the orders of thrum/polynomial.h */
+} thrum_energy_part;
+
 /* Derivatives of a loss, or a direction of the same numbers. Arrays are the caller's, and each may
  * be NULL: not wanted, or a direction of zero. */
 typedef struct thrum_tape_gradient {
@@ -99,6 +108,10 @@ typedef struct thrum_tape_gradient {
   double stiffness; /* by a factor of Young's modulus of the whole body, at 1, with beta held */
   double density;   /* by a factor of its density, at 1, where q, p, the force at each point and
                        alpha and beta are held */
+  const thrum_energy_part *parts; /* part_count */
+  double *part; /* by a part's share, where that much of it is added to V (part_count); D of a mode
+                   follows its frequency by beta alone */
+  int64_t part_count;
 } thrum_tape_gradient;
 
 /* The gradient of a loss into *gradient, from its derivatives by q and p after each step, the start

@@ -13,6 +13,8 @@ enum { RANK = 5, STEPS = 40, POINTS = (STEPS + 1) * RANK, FORCES = STEPS * RANK 
 typedef struct inputs {
   double q[RANK], p[RANK], force[FORCES];
   double alpha, beta, stiffness, density;
+  double damping[RANK]; /* of single modes */
+  double part;          /* share of a part of the energy */
 } inputs;
 
 typedef struct run {
@@ -20,7 +22,9 @@ typedef struct run {
   double h, newmark_beta, newmark_gamma;
   double tolerance; /* 0: 1e-14 */
   bool damped, matched;
-  random_model body;
+  random_model body, other;   /* other: cubic and quartic form of the part, */
+  double linear[RANK * RANK]; /* and its stiffness */
+  bool parted;                /* the share changes */
   inputs at, along;
   double q_bar[POINTS], p_bar[POINTS]; /* the loss is their product with the run */
 } run;
@@ -38,6 +42,16 @@ static void run_make(run *r, uint64_t seed, double amplitude) {
   random_vector(&random, RANK, amplitude, r->along.q);
   random_vector(&random, RANK, 20 * amplitude, r->along.p);
   random_vector(&random, FORCES, 400 * amplitude, r->along.force);
+  for (int i = 0; i < RANK; i++) {
+    r->at.damping[i] = r->damped ? 0.3 * (i + 1) : 0;
+    r->along.damping[i] = r->damped && !r->parted ? 0.2 * (RANK - i) : 0;
+  }
+  r->body.model.damping = r->at.damping;
+  random_model_make(&r->other, seed + 5, RANK, 10, 100, 1);
+  for (int i = 0; i < RANK; i++)
+    for (int j = 0; j <= i; j++)
+      r->linear[i * RANK + j] = r->linear[j * RANK + i] = 3000 * random_uniform(&random);
+  r->along.part = r->parted ? 0.5 : 0;
   r->along.alpha = r->damped ? 1 : 0;
   r->along.beta = r->damped ? 1e-4 : 0;
   r->along.stiffness = 0.8;
@@ -69,6 +83,117 @@ static void body_of(const run *r, const inputs *at, random_model *body) {
     body->c3[c] = by * r->body.c3[c];
   for (int64_t c = 0; c < body->model.c4_count; c++)
     body->c4[c] = by * r->body.c4[c];
+}
+
+/* Diagonalises a symmetric matrix by Jacobi's rotations; columns of `turn` are its vectors. */
+static void diagonalise(double *k, double *turn) {
+  for (int i = 0; i < RANK * RANK; i++)
+    turn[i] = i % (RANK + 1) == 0 ? 1 : 0;
+  for (int sweep = 0; sweep < 30; sweep++)
+    for (int a = 0; a < RANK; a++)
+      for (int b = a + 1; b < RANK; b++) {
+        const double angle = 0.5 * atan2(2 * k[a * RANK + b], k[b * RANK + b] - k[a * RANK + a]);
+        const double c = cos(angle), s = sin(angle);
+        if (k[a * RANK + b] == 0)
+          continue;
+        for (int i = 0; i < RANK; i++) {
+          const double x = k[i * RANK + a], y = k[i * RANK + b];
+          k[i * RANK + a] = c * x - s * y;
+          k[i * RANK + b] = s * x + c * y;
+        }
+        for (int i = 0; i < RANK; i++) {
+          const double x = k[a * RANK + i], y = k[b * RANK + i];
+          k[a * RANK + i] = c * x - s * y;
+          k[b * RANK + i] = s * x + c * y;
+          const double u = turn[i * RANK + a], v = turn[i * RANK + b];
+          turn[i * RANK + a] = c * u - s * v;
+          turn[i * RANK + b] = s * u + c * v;
+        }
+      }
+}
+
+/* A form of the fourth degree, or of the third with the last index 0, in turned coordinates. */
+static void turn_form(const double *from, const double *turn, int degree, double *to) {
+  enum { ALL = RANK * RANK * RANK * RANK };
+  static double full[ALL], next[ALL];
+  const int size = degree == 4 ? ALL : ALL / RANK;
+  memset(full, 0, sizeof full);
+  for (int n = 0; n < size; n++) {
+    int64_t at[4] = {n % RANK, n / RANK % RANK, n / RANK / RANK % RANK, n / RANK / RANK / RANK};
+    random_sort(at, degree);
+    const bool ordered = at[0] == n % RANK && at[1] == n / RANK % RANK &&
+                         at[2] == n / RANK / RANK % RANK &&
+                         (degree == 3 || at[3] == n / RANK / RANK / RANK);
+    if (ordered)
+      full[n] = degree == 4 ? from[thrum_c4_index(RANK, at[0], at[1], at[2], at[3])]
+                            : from[thrum_c3_index(RANK, at[0], at[1], at[2])];
+  }
+
+  // each index in turn
+  for (int d = 0, stride = 1; d < degree; d++, stride *= RANK) {
+    memset(next, 0, sizeof next);
+    for (int n = 0; n < size; n++)
+      for (int j = 0; j < RANK; j++) {
+        const int i = n / stride % RANK;
+        next[n + (j - i) * stride] += turn[i * RANK + j] * full[n];
+      }
+    memcpy(full, next, sizeof full);
+  }
+  for (int n = 0; n < size; n++) {
+    int64_t at[4] = {n % RANK, n / RANK % RANK, n / RANK / RANK % RANK, n / RANK / RANK / RANK};
+    random_sort(at, degree);
+    to[degree == 4 ? thrum_c4_index(RANK, at[0], at[1], at[2], at[3])
+                   : thrum_c3_index(RANK, at[0], at[1], at[2])] += full[n];
+  }
+}
+
+/* Adds the part to the body and finds its modes anew; columns of `turn` are the new coordinates. */
+static void add_part(const run *r, double share, random_model *body, double *turn) {
+  double k[RANK * RANK], omega2[RANK];
+  for (int i = 0; i < RANK * RANK; i++)
+    k[i] = share * r->linear[i] + (i % (RANK + 1) == 0 ? body->omega2[i / RANK] : 0);
+  diagonalise(k, turn);
+
+  // in ascending order
+  for (int i = 0; i < RANK; i++)
+    for (int j = i + 1; j < RANK; j++)
+      if (k[j * RANK + j] < k[i * RANK + i]) {
+        const double kept = k[i * RANK + i];
+        k[i * RANK + i] = k[j * RANK + j];
+        k[j * RANK + j] = kept;
+        for (int v = 0; v < RANK; v++) {
+          const double entry = turn[v * RANK + i];
+          turn[v * RANK + i] = turn[v * RANK + j];
+          turn[v * RANK + j] = entry;
+        }
+      }
+  for (int i = 0; i < RANK; i++)
+    omega2[i] = k[i * RANK + i];
+  memcpy(body->omega2, omega2, sizeof omega2);
+
+  double *forms = random_alloc(body->model.c4_count, sizeof(double));
+  for (int degree = 3; degree <= 4; degree++) {
+    const int64_t count = degree == 3 ? body->model.c3_count : body->model.c4_count;
+    double *to = degree == 3 ? body->c3 : body->c4;
+    const double *part = degree == 3 ? r->other.c3 : r->other.c4;
+    for (int64_t c = 0; c < count; c++)
+      forms[c] = to[c] + share * part[c];
+    memset(to, 0, (size_t)count * sizeof *to);
+    turn_form(forms, turn, degree, to);
+  }
+  free(forms);
+}
+
+/* to = turn v or turn^T v, rows of RANK */
+static void turn_rows(const double *turn, bool transposed, int64_t count, const double *from,
+                      double *to) {
+  for (int64_t n = 0; n < count; n++)
+    for (int i = 0; i < RANK; i++) {
+      double sum = 0;
+      for (int j = 0; j < RANK; j++)
+        sum += turn[transposed ? j * RANK + i : i * RANK + j] * from[n * RANK + j];
+      to[n * RANK + i] = sum;
+    }
 }
 
 /* Makes the run on a tape of its own. */
@@ -111,13 +236,32 @@ static double loss_at(const run *r, double by) {
   at.beta += by * r->along.beta;
   at.stiffness += by * r->along.stiffness;
   at.density += by * r->along.density;
+  for (int i = 0; i < RANK; i++)
+    at.damping[i] += by * r->along.damping[i];
 
   random_model body;
   thrum_state *state;
   body_of(r, &at, &body);
-  thrum_tape *tape = record(r, &at, &body.model, &state);
-  const double loss =
-      dot(r->q_bar, thrum_tape_q(tape), POINTS) + dot(r->p_bar, thrum_tape_p(tape), POINTS);
+  body.model.damping = at.damping;
+
+  // the modes are found anew, and the run is seen in the coordinates that stay
+  inputs turned = at;
+  double turn[RANK * RANK];
+  static double q[POINTS], p[POINTS];
+  if (r->parted) {
+    add_part(r, by * r->along.part, &body, turn);
+    turn_rows(turn, true, 1, at.q, turned.q);
+    turn_rows(turn, true, 1, at.p, turned.p);
+    turn_rows(turn, true, STEPS, at.force, turned.force);
+  }
+  thrum_tape *tape = record(r, &turned, &body.model, &state);
+  memcpy(q, thrum_tape_q(tape), sizeof q);
+  memcpy(p, thrum_tape_p(tape), sizeof p);
+  if (r->parted) {
+    turn_rows(turn, false, STEPS + 1, thrum_tape_q(tape), q);
+    turn_rows(turn, false, STEPS + 1, thrum_tape_p(tape), p);
+  }
+  const double loss = dot(r->q_bar, q, POINTS) + dot(r->p_bar, p, POINTS);
   thrum_tape_destroy(tape);
   state_free(state);
   random_model_free(&body);
@@ -139,19 +283,27 @@ static void by_passes(const run *r, double *backward, double *forward) {
   thrum_error error;
   thrum_tape *tape = record(r, &r->at, &r->body.model, &state);
   double q[RANK], p[RANK], force[FORCES], damping[RANK];
-  thrum_tape_gradient g = {.q = q, .p = p, .force = force, .damping = damping};
+  const thrum_energy_part part = {r->linear, r->other.c3, r->other.c4};
+  double by_part = 0;
+  thrum_tape_gradient g = {.q = q,
+                           .p = p,
+                           .force = force,
+                           .damping = damping,
+                           .parts = &part,
+                           .part = &by_part,
+                           .part_count = 1};
   if (thrum_tape_pull_back(&r->body.model, tape, r->q_bar, r->p_bar, &g, &error) != THRUM_OK)
     fail_msg("%s", error.message);
   const inputs *d = &r->along;
   *backward = dot(q, d->q, RANK) + dot(p, d->p, RANK) + dot(force, d->force, FORCES) +
               g.alpha * d->alpha + g.beta * d->beta + g.stiffness * d->stiffness +
-              g.density * d->density;
+              g.density * d->density + dot(damping, d->damping, RANK) + by_part * d->part;
 
   // D of each mode beside: by its own derivatives, added to both
   double more[RANK];
   inputs copy = *d;
   for (int i = 0; i < RANK; i++)
-    more[i] = r->damped ? 0.1 * i : 0;
+    more[i] = d->damping[i] + (r->damped ? 0.1 * i : 0);
   thrum_tape_gradient along = {.q = copy.q,
                                .p = copy.p,
                                .force = copy.force,
@@ -159,13 +311,16 @@ static void by_passes(const run *r, double *backward, double *forward) {
                                .alpha = d->alpha,
                                .beta = d->beta,
                                .stiffness = d->stiffness,
-                               .density = d->density};
+                               .density = d->density,
+                               .parts = &part,
+                               .part = &copy.part,
+                               .part_count = 1};
   double *q_change = random_alloc(POINTS, sizeof(double)),
          *p_change = random_alloc(POINTS, sizeof(double));
   if (thrum_tape_push_forward(&r->body.model, tape, &along, q_change, p_change, &error) != THRUM_OK)
     fail_msg("%s", error.message);
-  *forward =
-      dot(q_change, r->q_bar, POINTS) + dot(p_change, r->p_bar, POINTS) - dot(damping, more, RANK);
+  *forward = dot(q_change, r->q_bar, POINTS) + dot(p_change, r->p_bar, POINTS) -
+             dot(damping, more, RANK) + dot(damping, d->damping, RANK);
   free(q_change);
   free(p_change);
   thrum_tape_destroy(tape);
@@ -246,6 +401,34 @@ static void a_gradient_is_that_of_the_run_and_its_transpose(void **context) {
       {{.integrator = THRUM_INTEGRATOR_VERLET, .h = 0.002, .damped = false},
        0.15,
        THRUM_STEP_VERLET},
+      {{.integrator = THRUM_INTEGRATOR_ENERGY,
+        .h = 0.004,
+        .damped = true,
+        .matched = true,
+        .parted = true},
+       0.15,
+       THRUM_STEP_TRAPEZOID},
+      {{.integrator = THRUM_INTEGRATOR_ENERGY,
+        .h = 0.11,
+        .damped = true,
+        .matched = true,
+        .parted = true},
+       0.2,
+       THRUM_STEP_AVERAGE},
+      {{.integrator = THRUM_INTEGRATOR_MIDPOINT, .h = 0.004, .damped = true, .parted = true},
+       0.15,
+       THRUM_STEP_MIDPOINT},
+      {{.integrator = THRUM_INTEGRATOR_NEWMARK,
+        .h = 0.004,
+        .damped = true,
+        .parted = true,
+        .newmark_beta = 0.25,
+        .newmark_gamma = 0.5},
+       0.15,
+       THRUM_STEP_NEWMARK},
+      {{.integrator = THRUM_INTEGRATOR_VERLET, .h = 0.002, .damped = true, .parted = true},
+       0.15,
+       THRUM_STEP_VERLET},
   };
   for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
     run r = cases[n].r;
@@ -256,9 +439,13 @@ static void a_gradient_is_that_of_the_run_and_its_transpose(void **context) {
     by_passes(&r, &backward, &forward);
     assert_true(fabs(forward / backward - 1) < 1e-12);
     const double differences = by_differences(&r, 2e-4);
-    if (!(fabs(differences / backward - 1) < 1e-8))
+
+    // steps of the average vector field are larger, and what their solves leave is felt more
+    const double most = cases[n].form == THRUM_STEP_AVERAGE ? 1e-7 : 1e-8;
+    if (!(fabs(differences / backward - 1) < most))
       fail_msg("case %zu: %.15g, by differences %.15g", n, backward, differences);
     random_model_free(&r.body);
+    random_model_free(&r.other);
   }
 }
 
@@ -274,6 +461,7 @@ static void a_gradient_errs_by_the_tolerance_of_the_steps(void **context) {
   assert_true(fabs(loose / exact - 1) < 1e-3);
   assert_true(fabs(loose / exact - 1) > 1e-9);
   random_model_free(&r.body);
+  random_model_free(&r.other);
 }
 
 /* A linear mode under verlet: q_{k+1} = 2 c q_k - q_{k-1}, so q_n = T_n(c) q_0, c = 1 - (h w)^2/2
