@@ -7,11 +7,11 @@
 static void *opened;                    // the arrays of the file that was opened last
 static const thrum_model *opened_model; // in it; NULL: none
 
-const thrum_model *bridge_opened_model(void) {
+const thrum_model *page_opened_model(void) {
   return opened_model;
 }
 
-void bridge_keep_opened(void) {
+void page_keep_opened(void) {
   opened = NULL;
   opened_model = NULL;
 }
@@ -21,7 +21,7 @@ static double address_of(const void *array) {
 }
 
 static void tell_counts(const thrum_model *model) {
-  double *n = bridge_number;
+  double *n = js_number;
   n[0] = (double)model->rank;
   n[1] = (double)model->vertex_count;
   n[2] = (double)model->tet_count;
@@ -43,11 +43,11 @@ static void tell_arrays(const thrum_model *model) {
                                 model->material,      model->slave_map,    model->condensed_c3,
                                 model->condensed_c4};
   for (size_t n = 0; n < sizeof arrays / sizeof *arrays; n++)
-    bridge_number[10 + n] = address_of(arrays[n]);
+    js_number[10 + n] = address_of(arrays[n]);
 }
 
 /* The energy of the model that was opened last at strains of 1 [J]. */
-double EXPORT(bridge_unit_energy)(void) {
+double EXPORT(page_unit_energy)(void) {
   return thrum_model_unit_energy(opened_model);
 }
 
@@ -56,23 +56,23 @@ double EXPORT(bridge_unit_energy)(void) {
  * point_moduli, point_gradients, point_law, point_region, region_law, axis_mass, vertices, basis,
  * fixed, tets, rigid, material, slave_map, condensed_c3 and condensed_c4, 0 where the file has
  * none. They hold until the next file. Bodies are elastic on the page, so yields are left out. */
-int32_t EXPORT(bridge_open_model)(const void *file, int32_t size) {
+int32_t EXPORT(page_open_model)(const void *file, int32_t size) {
   size_t bytes;
   const thrum_model *model;
-  THRUM_TRY(thrum_model_size(file, (size_t)size, &bytes, &bridge_error));
+  THRUM_TRY(thrum_model_size(file, (size_t)size, &bytes, &js_failure));
   free(opened);
   opened_model = NULL;
-  opened = bridge_alloc(bytes);
+  opened = js_alloc(bytes);
   if (opened == NULL)
-    return thrum_error_set(&bridge_error, THRUM_OUT_OF_MEMORY, "the page has no memory left");
-  THRUM_TRY(thrum_model_init(opened, bytes, file, (size_t)size, &model, &bridge_error));
+    return thrum_error_set(&js_failure, THRUM_OUT_OF_MEMORY, "the page has no memory left");
+  THRUM_TRY(thrum_model_init(opened, bytes, file, (size_t)size, &model, &js_failure));
 
   ((thrum_model *)(uintptr_t)model)->region_yield = NULL;
 
   // what the page cannot show or step
   if (model->tets == NULL || model->basis == NULL || model->axis_mass == NULL)
     return thrum_error_set(
-        &bridge_error, THRUM_MISSING,
+        &js_failure, THRUM_MISSING,
         "the model has no mesh, no basis or no axis_mass, so it cannot be shown");
   opened_model = model;
   tell_counts(model);

@@ -7,28 +7,28 @@
 
 #define MODELS_MAX 64
 
-static bridge_model models[MODELS_MAX];
+static page_model models[MODELS_MAX];
 static int32_t model_count;
 
-const bridge_model *bridge_model_at(int32_t number) {
+const page_model *page_model_at(int32_t number) {
   return number >= 0 && number < model_count ? &models[number] : NULL;
 }
 
-int32_t bridge_model_add(const bridge_model *made) {
+int32_t page_model_add(const page_model *made) {
   if (model_count == MODELS_MAX)
-    return thrum_error_set(&bridge_error, THRUM_UNSUPPORTED, "a page has at most %d models",
+    return thrum_error_set(&js_failure, THRUM_UNSUPPORTED, "a page has at most %d models",
                            MODELS_MAX);
   models[model_count] = *made;
   return model_count++;
 }
 
 static thrum_status no_memory(void) {
-  return thrum_error_set(&bridge_error, THRUM_OUT_OF_MEMORY, "the page has no memory left");
+  return thrum_error_set(&js_failure, THRUM_OUT_OF_MEMORY, "the page has no memory left");
 }
 
 // widens an array, with zeros after it; NULL when there is no memory
 static double *widen(const float *from, int64_t count, int64_t zeros) {
-  double *to = bridge_alloc((size_t)(count + zeros) * sizeof *to);
+  double *to = js_alloc((size_t)(count + zeros) * sizeof *to);
   for (int64_t i = 0; to != NULL && i < count + zeros; i++)
     to[i] = i < count ? from[i] : 0.0;
   return to;
@@ -37,31 +37,31 @@ static double *widen(const float *from, int64_t count, int64_t zeros) {
 // the coefficients once more, in the order of the steps
 static thrum_status pack(thrum_model *model) {
   size_t size = thrum_model_pack_size(model);
-  void *memory = bridge_alloc(size);
+  void *memory = js_alloc(size);
   if (memory == NULL)
     return no_memory();
-  return thrum_model_pack(model, memory, size, &bridge_error);
+  return thrum_model_pack(model, memory, size, &js_failure);
 }
 
-static thrum_status make_surface(bridge_model *made) {
+static thrum_status make_surface(page_model *made) {
   thrum_surface_def def = {.triangles = made->triangles, .triangle_count = made->triangle_count};
   size_t size;
-  THRUM_TRY(thrum_surface_size(&made->model, &def, &size, &bridge_error));
-  void *memory = bridge_alloc(size);
-  made->positions = bridge_alloc((size_t)made->model.vertex_count * 3 * sizeof(float));
+  THRUM_TRY(thrum_surface_size(&made->model, &def, &size, &js_failure));
+  void *memory = js_alloc(size);
+  made->positions = js_alloc((size_t)made->model.vertex_count * 3 * sizeof(float));
   if (memory == NULL || made->positions == NULL)
     return no_memory();
-  return thrum_surface_init(memory, size, &made->model, &def, &made->surface, &bridge_error);
+  return thrum_surface_init(memory, size, &made->model, &def, &made->surface, &js_failure);
 }
 
 // what a free body's mass and inertia are taken from: the mass from the first shift, the inertia
 // from the rigid modes at the corners
-static thrum_status make_rigid(bridge_model *made, const double *tet, const double *tet_rigid) {
+static thrum_status make_rigid(page_model *made, const double *tet, const double *tet_rigid) {
   thrum_model *model = &made->model;
   const int64_t first = model->vertex_count - CORNERS;
 
   // the corners come behind the vertices that are shown
-  double *rigid = bridge_alloc((size_t)model->vertex_count * 18 * sizeof *rigid);
+  double *rigid = js_alloc((size_t)model->vertex_count * 18 * sizeof *rigid);
   if (rigid == NULL)
     return no_memory();
   memset(rigid, 0, (size_t)model->vertex_count * 18 * sizeof *rigid);
@@ -80,9 +80,9 @@ static thrum_status make_rigid(bridge_model *made, const double *tet, const doub
   return THRUM_OK;
 }
 
-static thrum_status list_touch(bridge_model *made) {
+static thrum_status list_touch(page_model *made) {
   const thrum_model *model = &made->model;
-  made->touch = bridge_alloc((size_t)model->vertex_count * sizeof *made->touch);
+  made->touch = js_alloc((size_t)model->vertex_count * sizeof *made->touch);
   if (made->touch == NULL)
     return no_memory();
   for (int32_t v = 0; v < model->vertex_count - CORNERS; v++)
@@ -92,7 +92,7 @@ static thrum_status list_touch(bridge_model *made) {
 }
 
 // the mesh that is left of a model: positions, rows of the basis, material
-static thrum_status make_mesh(bridge_model *made, const float *positions, const float *basis) {
+static thrum_status make_mesh(page_model *made, const float *positions, const float *basis) {
   thrum_model *model = &made->model;
   const int64_t shown = model->vertex_count - CORNERS;
   model->vertices = widen(positions, 3 * shown, 3 * CORNERS);
@@ -118,7 +118,7 @@ static bool take_slaves(thrum_model *model, int64_t masters, const double *slave
   return true;
 }
 
-/* Adds a model of arrays from bridge_alloc, which it keeps, `positions`, `basis` and the last two
+/* Adds a model of arrays from js_alloc, which it keeps, `positions`, `basis` and the last two
  * apart; their shapes are those of the pack (docs/viewer.md). tet and tet_rigid are NULL for a
  * model that is held; c3 and c4 for one of cubature points, and those of points, point_count of
  * them, for any other, and point_law, ended by a 0, for Saint Venant-Kirchhoff material;
@@ -126,24 +126,24 @@ static bool take_slaves(thrum_model *model, int64_t masters, const double *slave
  * where no body couples rotation and shape. masters: 0; or the first coordinates, whose c3 and c4
  * these are, and which the others follow by slave_map (thrum/condensed_model.h). numbers: Young's
  * modulus [Pa], and the energy at strains of 1 [J]. Returns its number, or a status below 0. */
-int32_t EXPORT(bridge_add_model)(int32_t rank, int32_t vertex_count, int32_t triangle_count,
-                                 int32_t point_count, int32_t law_count, int32_t masters,
-                                 const double *omega2, const double *c3, const double *c4,
-                                 const double *slave_map, const double *point_weights,
-                                 const double *point_moduli, const double *point_gradients,
-                                 const uint8_t *point_law, const int32_t *point_region,
-                                 const uint8_t *region_law, const double *axis_mass,
-                                 const double *inertia, const uint8_t *fixed,
-                                 const int32_t *triangles, const float *positions,
-                                 const float *basis, const double *tet, const double *tet_rigid) {
+int32_t EXPORT(page_add_model)(int32_t rank, int32_t vertex_count, int32_t triangle_count,
+                               int32_t point_count, int32_t law_count, int32_t masters,
+                               const double *omega2, const double *c3, const double *c4,
+                               const double *slave_map, const double *point_weights,
+                               const double *point_moduli, const double *point_gradients,
+                               const uint8_t *point_law, const int32_t *point_region,
+                               const uint8_t *region_law, const double *axis_mass,
+                               const double *inertia, const uint8_t *fixed,
+                               const int32_t *triangles, const float *positions, const float *basis,
+                               const double *tet, const double *tet_rigid) {
   if (model_count == MODELS_MAX)
-    return thrum_error_set(&bridge_error, THRUM_UNSUPPORTED, "a page has at most %d models",
+    return thrum_error_set(&js_failure, THRUM_UNSUPPORTED, "a page has at most %d models",
                            MODELS_MAX);
 
   // the model borrows the page's arrays
-  bridge_model *made = &models[model_count];
-  *made = (bridge_model){.triangles = triangles, .triangle_count = triangle_count};
-  made->material[0] = bridge_number[0];
+  page_model *made = &models[model_count];
+  *made = (page_model){.triangles = triangles, .triangle_count = triangle_count};
+  made->material[0] = js_number[0];
   made->model =
       (thrum_model){.rank = rank,
                     .c3_count = c3 ? thrum_c3_count(rank) : 0,
@@ -164,11 +164,11 @@ int32_t EXPORT(bridge_add_model)(int32_t rank, int32_t vertex_count, int32_t tri
                     .axis_mass = axis_mass,
                     .fixed = fixed,
                     .inertia = inertia,
-                    .unit_energy = bridge_number[1]};
+                    .unit_energy = js_number[1]};
 
   // what follows has no coefficients of its own
   if (masters > 0 && !take_slaves(&made->model, masters, slave_map))
-    return thrum_error_set(&bridge_error, THRUM_INVALID_ARGUMENT,
+    return thrum_error_set(&js_failure, THRUM_INVALID_ARGUMENT,
                            "%d of %d coordinates cannot be followed by the others", (int)masters,
                            (int)rank);
 

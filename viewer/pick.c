@@ -64,14 +64,14 @@ static int32_t free_corner(const uint8_t *fixed, const int32_t corners[3], const
   return best < 0 ? -1 : corners[best];
 }
 
-static void pick_body(int32_t body, const ray *world, hit *nearest) {
-  const bridge_model *shown = bridge_body_model(body);
+static void pick_body(thrum_scene *scene, int32_t body, const ray *world, hit *nearest) {
+  const page_model *shown = page_body_model(scene, body);
   double matrix[16];
-  thrum_scene_body_matrix(bridge_scene, body, matrix);
+  thrum_scene_body_matrix(scene, body, matrix);
 
   // the positions now, in the coordinates of the model
   float *x = shown->positions;
-  if (thrum_scene_body_positions(bridge_scene, body, shown->surface, x, 3, NULL) != THRUM_OK)
+  if (thrum_scene_body_positions(scene, body, shown->surface, x, 3, NULL) != THRUM_OK)
     return;
 
   const ray local = into_model(world, matrix);
@@ -92,17 +92,17 @@ static void pick_body(int32_t body, const ray *world, hit *nearest) {
 
 /* numbers: origin 3 and direction 3 of the ray in; out: body, vertex (-1: that place is held),
  * distance. Returns 1 when something was hit. */
-int32_t EXPORT(bridge_pick)(void) {
+int32_t EXPORT(page_pick)(thrum_scene *scene) {
   ray world;
   for (int i = 0; i < 3; i++) {
-    world.origin[i] = bridge_number[i];
-    world.direction[i] = bridge_number[3 + i];
+    world.origin[i] = js_number[i];
+    world.direction[i] = js_number[3 + i];
   }
   hit nearest = {-1, -1, INFINITY};
-  for (int32_t body = 0; body < thrum_scene_body_count(bridge_scene); body++)
-    pick_body(body, &world, &nearest);
-  bridge_number[0] = nearest.body;
-  bridge_number[1] = nearest.vertex;
-  bridge_number[2] = nearest.distance;
+  for (int32_t body = 0; body < thrum_scene_body_count(scene); body++)
+    pick_body(scene, body, &world, &nearest);
+  js_number[0] = nearest.body;
+  js_number[1] = nearest.vertex;
+  js_number[2] = nearest.distance;
   return nearest.body >= 0;
 }

@@ -36,6 +36,12 @@ function fieldsByName(memory, record) {
   return found[record];
 }
 
+/** Those entries of an object that are fields of a record. @returns {object} */
+export function pick(memory, record, from) {
+  const fields = fieldsByName(memory, record);
+  return Object.fromEntries(Object.entries(from).filter(([name]) => Object.hasOwn(fields, name)));
+}
+
 /** The numbers of a member, which `value` must be. */
 function numbersOf({ option, width }, value) {
   if (width > 1) return doubles(value, width, option, true);

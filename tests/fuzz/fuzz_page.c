@@ -1,7 +1,7 @@
 /* Fuzz target of what the viewer's page does with its archive: the arrays of a model and a scene as
  * the page hands them over (docs/viewer.md), behind the checks that the page makes of them. An
  * input is decisions and numbers.
- * sources: scene/*.c viewer/page.c viewer/page_effects.c viewer/page_touches.c viewer/pick.c
+ * sources: scene/*.c javascript/bridge_*.c viewer/page.c viewer/page_touches.c viewer/pick.c
  * core/[a-z]*[a-z]/*.c runtime/[a-z]*[a-z]/*.c SPDX-License-Identifier: Apache-2.0 */
 #include <float.h>
 
@@ -16,38 +16,51 @@
 #define TRIANGLES_MOST 8
 
 // what the page imports of the module
-int32_t bridge_begin(double dt);
-int32_t bridge_add_body(int32_t model, int32_t integrator, int32_t rank, int32_t free_body,
-                        const double *q, const double *p);
-int32_t bridge_set_collisions(int32_t touches);
-int32_t bridge_add_obstacle(int32_t shape, int32_t inside);
-int32_t bridge_add_load(int32_t body, int32_t shape, const double *reduced, const double *parts);
-int32_t bridge_add_base_motion(int32_t shape);
-int32_t bridge_add_motion(int32_t count, double *samples);
-int32_t bridge_set_gravity(double x, double y, double z);
-int32_t bridge_set_wind(void);
-int32_t bridge_set_dt(double dt);
-int32_t bridge_set_damping(int32_t body, double alpha, double beta);
-int32_t bridge_set_stiffness(int32_t body, double stiffness);
-int32_t bridge_set_integrator(int32_t body, int32_t integrator);
-int32_t bridge_set_rank(int32_t body, int32_t rank);
-int32_t bridge_reset(void);
-int32_t bridge_step(void);
-int32_t bridge_shape(int32_t body, float *out);
-int32_t bridge_coordinates(int32_t body);
-int32_t bridge_energies(int32_t body);
-int32_t bridge_account(void);
-int32_t bridge_body(int32_t body);
-void bridge_matrix(int32_t body);
-const double *bridge_omega2(int32_t body);
-const double *bridge_stepped_frequencies(int32_t body);
-int32_t bridge_pull_start(int32_t body, int32_t vertex, double strength);
-int32_t bridge_pull_move(int32_t pull);
-int32_t bridge_pull_end(int32_t pull);
-int32_t bridge_pull(int32_t pull);
-const float *bridge_touches(void);
-int32_t bridge_touch_count(void);
-int32_t bridge_pick(void);
+void *js_def(int32_t record);
+thrum_scene *js_scene_make(double dt);
+void js_scene_free(thrum_scene *scene);
+int32_t page_add_body(thrum_scene *scene, int32_t model, int32_t integrator, double alpha,
+                      const double *q, const double *p);
+int32_t js_scene_set_collisions(thrum_scene *scene, int32_t on);
+int32_t js_obstacle_turn(void);
+int32_t js_scene_obstacle(thrum_scene *scene, int32_t number);
+int32_t js_scene_load(thrum_scene *scene, int32_t body, int32_t kind, int32_t shape,
+                      const int32_t *vertices, int32_t count, const double *reduced,
+                      const double *parts);
+int32_t js_scene_base_motion(thrum_scene *scene, int32_t shape);
+int32_t js_scene_base_record(thrum_scene *scene, thrum_base_motion *memory, int32_t count,
+                             const double *samples);
+int32_t js_scene_gravity(thrum_scene *scene);
+int32_t js_scene_wind(thrum_scene *scene);
+int32_t js_scene_dt(thrum_scene *scene, double dt);
+int32_t js_body_damping(thrum_scene *scene, int32_t body, double alpha, double beta);
+int32_t js_body_stiffness(thrum_scene *scene, int32_t body, double stiffness);
+int32_t js_body_integrator(thrum_scene *scene, int32_t body, int32_t integrator);
+int32_t js_body_rank(thrum_scene *scene, int32_t body, int32_t rank);
+int32_t js_scene_reset(thrum_scene *scene);
+int32_t js_scene_step(thrum_scene *scene);
+int32_t page_shape(thrum_scene *scene, int32_t body, float *out);
+int32_t js_body_coordinates(thrum_scene *scene, int32_t body, double *q, double *p);
+int32_t js_body_energies(thrum_scene *scene, int32_t body);
+int32_t js_scene_account(thrum_scene *scene);
+int32_t js_body_info(const thrum_scene *scene, int32_t body);
+void js_body_matrix(const thrum_scene *scene, int32_t body);
+const double *page_omega2(const thrum_scene *scene, int32_t body);
+const double *page_stepped_frequencies(const thrum_scene *scene, int32_t body);
+int32_t page_pull_start(thrum_scene *scene, int32_t body, int32_t vertex, double strength);
+int32_t js_pull_move(thrum_scene *scene, int32_t pull);
+int32_t js_pull_end(thrum_scene *scene, int32_t pull);
+int32_t js_pull_get(thrum_scene *scene, int32_t pull);
+const float *page_touches(thrum_scene *scene);
+int32_t page_touch_count(void);
+int32_t page_pick(thrum_scene *scene);
+
+#define MOTIONS_MAX 16
+
+static thrum_scene *scene;
+static thrum_base_motion motions[MOTIONS_MAX];
+static double *motion_samples[MOTIONS_MAX];
+static int32_t motion_count;
 
 const char *__asan_default_options(void);
 
@@ -58,7 +71,7 @@ const char *__asan_default_options(void) {
 
 static void forget_models(void) {
   for (int32_t n = 0; n <= model_count && n < MODELS_MAX; n++) {
-    bridge_model *made = &models[n];
+    page_model *made = &models[n];
     void *owned[] = {(void *)made->model.vertices,
                      (void *)made->model.basis,
                      (void *)made->model.rigid,
@@ -68,21 +81,21 @@ static void forget_models(void) {
                      made->touch};
     for (size_t k = 0; k < sizeof owned / sizeof *owned; k++)
       free(owned[k]);
-    *made = (bridge_model){0};
+    *made = (page_model){0};
   }
   model_count = 0;
 }
 
 /* Numbers as in a body of this size, in memory of the page. */
 static double *numbers(fuzz_draw *draw, int64_t count, double size) {
-  double *made = bridge_alloc((size_t)count * sizeof *made);
+  double *made = js_alloc((size_t)count * sizeof *made);
   for (int64_t n = 0; n < count; n++)
     made[n] = draw_about(draw, size);
   return made;
 }
 
 static float *small_numbers(fuzz_draw *draw, int64_t count) {
-  float *made = bridge_alloc((size_t)count * sizeof *made);
+  float *made = js_alloc((size_t)count * sizeof *made);
   for (int64_t n = 0; n < count; n++)
     made[n] = (float)draw_about(draw, 1);
   return made;
@@ -112,10 +125,10 @@ static int32_t add_model(fuzz_draw *draw, kept *list, int32_t *rank, int32_t *ve
   const double *c3 = keep(list, numbers(draw, thrum_c3_count(r), 1));
   double *c4 = keep(list, numbers(draw, thrum_c4_count(r), 1));
   const double *axis_mass = keep(list, numbers(draw, 3 * r, 1));
-  uint8_t *fixed = keep(list, bridge_alloc((size_t)v));
+  uint8_t *fixed = keep(list, js_alloc((size_t)v));
   for (int32_t n = 0; n < v; n++)
     fixed[n] = (uint8_t)draw_byte(draw);
-  int32_t *triangles = keep(list, bridge_alloc((size_t)t * 3 * sizeof *triangles));
+  int32_t *triangles = keep(list, js_alloc((size_t)t * 3 * sizeof *triangles));
   for (int32_t n = 0; n < 3 * t; n++)
     triangles[n] = (int32_t)draw_index(draw, v);
 
@@ -123,11 +136,11 @@ static int32_t add_model(fuzz_draw *draw, kept *list, int32_t *rank, int32_t *ve
   float *positions = small_numbers(draw, 3 * v), *basis = small_numbers(draw, 3 * v * r);
   double *tet = is_free ? numbers(draw, 12, 1) : NULL;
   double *tet_rigid = is_free ? numbers(draw, 72, 1) : NULL;
-  bridge_number[0] = draw_above(draw, 64);
-  bridge_number[1] = draw_above(draw, 64);
+  js_number[0] = draw_above(draw, 64);
+  js_number[1] = draw_above(draw, 64);
   // a model of a polynomial, without points of a cubature
   const int32_t number =
-      bridge_add_model(r, v, t, 0, 0, 0, omega2, c3, c4, NULL, NULL, NULL, NULL, NULL, NULL, NULL,
+      page_add_model(r, v, t, 0, 0, 0, omega2, c3, c4, NULL, NULL, NULL, NULL, NULL, NULL, NULL,
                        axis_mass, NULL, fixed, triangles, positions, basis, tet, tet_rigid);
   free(positions);
   free(basis);
@@ -139,21 +152,32 @@ static int32_t add_model(fuzz_draw *draw, kept *list, int32_t *rank, int32_t *ve
 /* Draws the first `count` shared numbers, which the page sets before a call. */
 static void set_numbers(fuzz_draw *draw, int count, double size) {
   for (int n = 0; n < count; n++)
-    bridge_number[n] = draw_about(draw, size);
+    js_number[n] = draw_about(draw, size);
+}
+
+/* Fills the fields of a def that are numbers, some with what no def may have. */
+static void fill_def(fuzz_draw *draw, thrum_scene_record record) {
+  char *def = js_def((int32_t)record);
+  int64_t count;
+  const thrum_field *fields = thrum_scene_fields(record, &count);
+  for (const thrum_field *field = fields; field < fields + count; field++) {
+    void *at = def + field->offset;
+    const bool factor = field->above != 0;
+    for (int32_t n = 0; field->kind == THRUM_FIELD_DOUBLE && n < field->width; n++)
+      ((double *)at)[n] = factor ? draw_above(draw, 64) : draw_about(draw, 1);
+    if (field->kind == THRUM_FIELD_FLAG || field->kind == THRUM_FIELD_CHOICE)
+      *(int32_t *)at = (int32_t)draw_index(draw, field->kind == THRUM_FIELD_FLAG ? 2 : 4);
+  }
 }
 
 static int32_t add_body(fuzz_draw *draw, int32_t model, int32_t rank) {
   double *q = draw_byte(draw) % 2 == 0 ? numbers(draw, rank, 0.1) : NULL;
-  set_numbers(draw, 18, 1);
-  for (int n = 7; n < 10; n++)
-    bridge_number[n] = draw_above(draw, 64);
-  bridge_number[10] = draw_byte(draw) % 4 == 0 ? draw_above(draw, 1) : 0;
-  bridge_number[11] = 0;
-  bridge_number[18] = draw_byte(draw) % 4 == 0 ? (double)draw_index(draw, rank + 2) : 0;
-  bridge_number[19] = bridge_number[18] == 0;
-  const int32_t body =
-      bridge_add_body(model, (int32_t)draw_index(draw, 10), (int32_t)draw_index(draw, rank + 2),
-                      (int32_t)draw_index(draw, 2), q, NULL);
+  fill_def(draw, THRUM_SCENE_RECORD_BODY);
+  thrum_scene_body_def *def = js_def_made();
+  def->condense = draw_byte(draw) % 4 == 0 ? draw_index(draw, rank + 2) : 0;
+  def->rank = draw_byte(draw) % 4 == 0 ? draw_index(draw, rank + 2) : 0;
+  const double alpha = draw_byte(draw) % 4 == 0 ? draw_above(draw, 1) : 0;
+  const int32_t body = page_add_body(scene, model, (int32_t)draw_index(draw, 10), alpha, q, NULL);
   free(q);
   return body;
 }
@@ -166,83 +190,90 @@ static void act(fuzz_draw *draw, int32_t body, int32_t rank, int32_t vertices) {
   // one call of the page; three of twenty are steps
   switch (draw_byte(draw) % 20) {
   case 0:
-    bridge_set_gravity(0, 0, draw_about(draw, 10));
+    set_numbers(draw, 3, 10);
+    js_scene_gravity(scene);
     break;
   case 1:
-    bridge_set_dt(draw_above(draw, 0.01));
+    js_scene_dt(scene, draw_above(draw, 0.01));
     break;
   case 2:
-    bridge_set_damping(body, draw_above(draw, 1), 0);
+    js_body_damping(scene, body, draw_above(draw, 1), 0);
     break;
   case 3:
-    bridge_set_stiffness(body, draw_above(draw, 64));
+    js_body_stiffness(scene, body, draw_above(draw, 64));
     break;
   case 4:
-    bridge_set_integrator(body, (int32_t)draw_index(draw, 11) - 1);
+    js_body_integrator(scene, body, (int32_t)draw_index(draw, 11) - 1);
     break;
   case 5:
-    bridge_set_rank(body, (int32_t)draw_index(draw, rank + 3) - 1);
+    js_body_rank(scene, body, (int32_t)draw_index(draw, rank + 3) - 1);
     break;
   case 6:
-    bridge_reset();
+    js_scene_reset(scene);
     break;
   case 7:
     set_numbers(draw, 3, 1);
-    bridge_pull_start(body, (int32_t)draw_index(draw, vertices + 6) - 1, draw_above(draw, 64));
+    page_pull_start(scene, body, (int32_t)draw_index(draw, vertices + 6) - 1, draw_above(draw, 64));
     break;
   case 8:
     set_numbers(draw, 3, 1);
-    bridge_pull_move((int32_t)draw_index(draw, 4) - 1);
+    js_pull_move(scene, (int32_t)draw_index(draw, 4) - 1);
     break;
   case 9:
-    bridge_pull((int32_t)draw_index(draw, 4) - 1);
-    bridge_pull_end((int32_t)draw_index(draw, 4) - 1);
+    js_pull_get(scene, (int32_t)draw_index(draw, 4) - 1);
+    js_pull_end(scene, (int32_t)draw_index(draw, 4) - 1);
     break;
   case 10:
     set_numbers(draw, 6, 1);
-    bridge_pick();
-    bridge_touches();
-    bridge_touch_count();
+    page_pick(scene);
+    page_touches(scene);
+    page_touch_count();
     break;
   case 11:
-    set_numbers(draw, 21, 1);
-    bridge_add_obstacle((int32_t)draw_index(draw, 4), (int32_t)draw_index(draw, 2));
+    set_numbers(draw, 4, 1);
+    fill_def(draw, THRUM_SCENE_RECORD_OBSTACLE);
+    js_obstacle_turn();
+    js_scene_obstacle(scene, -1);
     break;
   case 12:
-    set_numbers(draw, 15, 1);
+    set_numbers(draw, 18, 1);
     reduced = numbers(draw, rank, 1);
     parts = draw_byte(draw) % 2 == 0 ? numbers(draw, 9 * rank, 1) : NULL;
-    bridge_add_load(body, (int32_t)draw_index(draw, 3), reduced, parts);
+    js_scene_load(scene, body, THRUM_SCENE_REDUCED, (int32_t)draw_index(draw, 3), NULL, 0, reduced,
+                  parts);
     free(reduced);
     free(parts);
     break;
   case 13:
     set_numbers(draw, 6, 1);
-    bridge_add_base_motion((int32_t)draw_index(draw, 3));
+    js_scene_base_motion(scene, (int32_t)draw_index(draw, 3));
     break;
   case 14:
+    if (motion_count == MOTIONS_MAX)
+      break;
     count = draw_index(draw, 4);
     reduced = numbers(draw, 10 * count, 1);
     for (int64_t n = 0; n < count; n++)
       reduced[n] = draw_byte(draw) % 8 != 0 ? (double)n : reduced[n];
-    bridge_add_motion((int32_t)count, reduced);
+    motion_samples[motion_count] = reduced;
+    js_scene_base_record(scene, &motions[motion_count++], (int32_t)count, reduced);
     break;
   case 15:
     set_numbers(draw, 5, 10);
-    bridge_set_wind();
+    js_scene_wind(scene);
     break;
   case 16:
-    set_numbers(draw, 3, 1);
-    bridge_set_collisions((int32_t)draw_index(draw, 64) - 1);
+    fill_def(draw, THRUM_SCENE_RECORD_PAIRS);
+    js_scene_set_collisions(scene, (int32_t)draw_index(draw, 2));
     break;
   case 17:
-    bridge_stepped_frequencies(body);
+    page_stepped_frequencies(scene, body);
     break;
   default:
-    bridge_step();
-    if (bridge_shape(body, shape) >= 0)
-      bridge_energies(body);
-    bridge_account();
+    js_scene_step(scene);
+    if (page_shape(scene, body, shape) >= 0)
+      js_body_energies(scene, body);
+    js_scene_account(scene);
   }
 }
 
@@ -251,7 +282,8 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
   kept list = {0};
   int32_t rank, vertices;
   const int32_t model = add_model(&draw, &list, &rank, &vertices);
-  if (model >= 0 && bridge_begin(draw_above(&draw, 0.01)) >= 0) {
+  scene = js_scene_make(draw_above(&draw, 0.01));
+  if (model >= 0 && scene != NULL) {
     const int32_t body = add_body(&draw, model, rank);
     if (body >= 0 && draw_byte(&draw) % 2 == 0)
       add_body(&draw, model, rank);
@@ -260,16 +292,17 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
 
     // what the page reads after a step
     if (body >= 0) {
-      bridge_coordinates(body);
-      bridge_body(body);
-      bridge_matrix(body);
-      bridge_omega2(body);
+      js_body_coordinates(scene, body, js_number, NULL);
+      js_body_info(scene, body);
+      js_body_matrix(scene, body);
+      page_omega2(scene, body);
     }
   }
 
-  // an empty scene in its place, since bodies use the arrays of the model
-  if (bridge_begin(0.01) < 0)
-    abort();
+  // the scene first, since bodies use the arrays of the model
+  js_scene_free(scene);
+  while (motion_count > 0)
+    free(motion_samples[--motion_count]);
   forget_models();
   while (list.count > 0)
     free(list.memory[--list.count]);

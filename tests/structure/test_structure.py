@@ -47,7 +47,7 @@ LAYERS = {
     "bench": {"platform", "io", "mesh", "precompute"},
     "app": {"platform", "io", "mesh", "precompute", "config", "driver", "validation", "bench"},
     "mpi": {"platform", "io", "mesh", "precompute", "config", "driver", "app"},
-    "viewer": set(),
+    "viewer": {"javascript"},
     "javascript": set(),
 }
 # The public headers whose functions core/ defines, or that have none.

@@ -62,8 +62,7 @@ export class StruckSound {
     const samples = new Float32Array(count);
     for (let n = 0; n < count; n++) {
       engine.step();
-      engine.check(engine.wasm.bridge_coordinates(0));
-      const q = engine.numbers;
+      const q = engine.shown(0);
       let way = 0;
       for (let i = 0; i < before.length; i++) {
         way += along[i] * (q[i] - before[i]);
