@@ -11,6 +11,7 @@
 #include "config/options.h"
 #include "driver/export/array_code.h"
 #include "driver/export/body_header.h"
+#include "driver/export/fmu_write.h"
 #include "driver/export/glb.h"
 #include "driver/export/vertex_cache.h"
 #include "driver/make/named_model.h"
@@ -35,6 +36,10 @@ typedef struct export_request {
   const char *vega_basis, *vega_cubic, *matrices;
   const char *numpy, *torch, *jax;
   const char *header;
+  const char *fmu;
+  bool fmi3, fmi_given;
+  fmu_target targets[FMU_TARGETS_MAX];
+  int64_t target_count;
   bool single, json;
 } export_request;
 
@@ -46,6 +51,21 @@ typedef struct export_files {
 } export_files;
 
 #define AT(member) CONFIG_AT(export_request, member)
+
+static thrum_status take_target(const config_given *given, void *request) {
+  export_request *r = request;
+  thrum_error error = {0};
+  if (r->target_count == FMU_TARGETS_MAX)
+    return config_given_refuse(given, "there may be %d places, and no more", FMU_TARGETS_MAX);
+  fmu_target *target = &r->targets[r->target_count];
+  target->name = given->text;
+  if (load_target_parse(given->text, "--at", &target->target, &error) < 0)
+    return config_given_refuse(given, "%s", error.message);
+  r->target_count++;
+  return THRUM_OK;
+}
+
+static const char *const fmi_names[] = {"2", "3", NULL};
 
 static const config_option options[] = {
     // what each kind of source can be written as
@@ -86,6 +106,16 @@ static const config_option options[] = {
         "C for controllers, without heap: energy, force, tangent and steps, and the numbers "
         "of the model as constants",
         AT(header)),
+    OPTION_TEXT(
+        "fmu", "FILE.fmu", NULL,
+        "a Functional Mock-up Unit for co-simulation and model exchange, with forces in and "
+        "displacements out",
+        AT(fmu)),
+    OPTION_CHOICE("fmi", fmi_names, "2", "the version of FMI that the unit is of", AT(fmi3),
+                  .given = offsetof(export_request, fmi_given)),
+    OPTION_TEXT("at", "TARGET", "each group that moves",
+                "where forces act on the unit, and displacements are told", .repeats = true,
+                .take = take_target),
     OPTION_TEXT("matrices", "PREFIX", NULL,
                 "stiffness [N/m] and mass [kg] of the free components as Matrix Market, "
                 "PREFIX.K.mtx and PREFIX.M.mtx, and in PREFIX.rows.txt the vertex and axis of "
@@ -115,6 +145,7 @@ const config_command command_export = {
                 "export beam.npz --vega-basis beam.URendering.float --float\n"
                 "export beam.npz --numpy beam_arrays.py\n"
                 "export beam.npz --header beam.h\n"
+                "export beam.npz --fmu beam.fmu --fmi 3 --at tip --at near:0.5,0,0\n"
                 "export bridge --matrices bridge",
 };
 
@@ -131,7 +162,8 @@ static int check_files(const export_request *request) {
                {"--numpy", request->numpy},
                {"--torch", request->torch},
                {"--jax", request->jax},
-               {"--header", request->header}};
+               {"--header", request->header},
+               {"--fmu", request->fmu}};
 
   // each file against the inputs and against those before it
   const int count = (int)(sizeof files / sizeof *files);
@@ -203,10 +235,12 @@ static int read_options(int argc, char **argv, export_request *request) {
   // what is written decides what must be read
   const bool motion = request->glb || request->pc2 || request->mdd;
   const bool of_model = request->vega_basis || request->vega_cubic || request->matrices ||
-                        request->numpy || request->torch || request->jax || request->header;
+                        request->numpy || request->torch || request->jax || request->header ||
+                        request->fmu;
   if (!motion && !of_model && !request->obj)
-    return config_usage("export", "say what to write: --glb, --pc2, --mdd, --obj, --vega-basis, "
-                                  "--vega-cubic, --numpy, --torch, --jax, --header or --matrices");
+    return config_usage("export",
+                        "say what to write: --glb, --pc2, --mdd, --obj, --vega-basis, "
+                        "--vega-cubic, --numpy, --torch, --jax, --header, --fmu or --matrices");
   CONFIG_TRY(check_form(request));
 
   // the bodies of a scene have surfaces and models of their own
@@ -235,8 +269,8 @@ static int read_options(int argc, char **argv, export_request *request) {
     return refuse_still(request->model);
   if (of_model && is_run)
     return config_usage("export",
-                        "--vega-basis, --vega-cubic, --numpy, --torch, --jax, --header and "
-                        "--matrices are of a model: name its file, not '%s'",
+                        "--vega-basis, --vega-cubic, --numpy, --torch, --jax, --header, --fmu "
+                        "and --matrices are of a model: name its file, not '%s'",
                         request->model);
 
   if (!is_run && request->run_model)
@@ -245,6 +279,8 @@ static int read_options(int argc, char **argv, export_request *request) {
     return config_usage("export", "--surface goes with --glb, --pc2, --mdd or --obj");
   if (request->single && !request->vega_basis)
     return config_usage("export", "--float goes with --vega-basis");
+  if ((request->fmi_given || request->target_count > 0) && !request->fmu)
+    return config_usage("export", "--fmi and --at go with --fmu");
   return check_files(request);
 }
 
@@ -315,6 +351,9 @@ static thrum_status write_all(const export_request *request, const thrum_model *
     status = write_arrays(request, model, files, error);
   if (status >= 0 && request->header)
     status = body_header_write(note(files, "header", request->header, ""), model, error);
+  if (status >= 0 && request->fmu)
+    status = fmu_write(note(files, "fmu", request->fmu, ""), request->fmi3 ? 3 : 2, model,
+                       request->targets, request->target_count, error);
   if (status >= 0 && request->matrices)
     status = write_matrices(model, request->matrices, files, error);
   return status;

@@ -302,7 +302,9 @@ def embed(model: ModelOrPath, surface: Any, output: Path, *, scale: float | None
 
 def export(what: ModelOrPath | Run, *, glb: Path | None = None, obj: Path | None = None, pc2: Path | None = None,
            mdd: Path | None = None, vega_basis: Path | None = None, vega_cubic: Path | None = None,
-           matrices: Path | None = None, surface: Path | None = None, model: ModelOrPath | None = None,
+           matrices: Path | None = None, numpy: Path | None = None, torch: Path | None = None, jax: Path | None = None,
+           header: Path | None = None, fmu: Path | None = None, fmi: int | None = None, at: str | Sequence[str] | None = None,
+           surface: Path | None = None, model: ModelOrPath | None = None,
            fps: float | None = None, float_: bool = False) -> dict[str, Any]:
     """Runs `thrum export`: writes a model or a run for other programs, in the files that are named; returns the report.
 
@@ -311,5 +313,6 @@ def export(what: ModelOrPath | Run, *, glb: Path | None = None, obj: Path | None
     with tempfile.TemporaryDirectory(prefix="thrum-") as work:
         beside = model._file(os.path.join(work, "given-model.npz")) if model is not None and not isinstance(model, (str, os.PathLike)) else model
         return _run_on("export", what.folder if isinstance(what, Run) else what, glb=glb, obj=obj, pc2=pc2, mdd=mdd,
-                       vega_basis=vega_basis, vega_cubic=vega_cubic, matrices=matrices, surface=surface, model=beside,
+                       vega_basis=vega_basis, vega_cubic=vega_cubic, matrices=matrices, numpy=numpy, torch=torch, jax=jax,
+                       header=header, fmu=fmu, fmi=fmi, at=at, surface=surface, model=beside,
                        fps=fps, float=float_)

@@ -8,7 +8,6 @@
 #include <string.h>
 
 #include "driver/export/fmu/fmu_body.h"
-#include "driver/export/fmu/fmu_prefix.h"
 
 #if defined(_WIN32)
 #define EXPORT __declspec(dllexport)

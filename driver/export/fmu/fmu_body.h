@@ -9,6 +9,7 @@
 #include <stdint.h>
 
 #include "driver/export/body_code.h"
+#include "driver/export/fmu/fmu_prefix.h"
 
 #define FMU_TOKEN 40 /* bytes of the token that tells one FMU from others, its end included */
 #define FMU_MAGIC "thrumfm1" /* the first 8 bytes of resources/body.bin */
