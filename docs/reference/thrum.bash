@@ -63,7 +63,8 @@ _thrum() {
   'info --integrator') words='imexv newmark verlet midpoint energy fox-goodwin backward-euler semi-implicit-euler rk4 manifold' ;;
   'info '*) words='--dt --integrator --load --touch --json --help' ;;
   'embed '*) words='--output --scale --json --quiet --help' ;;
-  'export '*) words='--glb --fps --pc2 --mdd --model --obj --surface --vega-basis --float --vega-cubic --numpy --torch --jax --header --matrices --json --help' ;;
+  'export --fmi') words='2 3' ;;
+  'export '*) words='--glb --fps --pc2 --mdd --model --obj --surface --vega-basis --float --vega-cubic --numpy --torch --jax --header --fmu --fmi --at --matrices --json --help' ;;
   'bench '*) words='--help' ;;
   'schema '*) words='--help' ;;
     esac
