@@ -201,17 +201,15 @@ static void add_text(fmu_contents *fmu, const char *folder, const char *name, ch
 /* A source file, whose includes lie beside it in the archive. */
 static thrum_status add_source(fmu_contents *fmu, const char *name, const unsigned char *code,
                                size_t size, thrum_error *error) {
-  static const char *const folders[] = {"\"driver/export/fmu/", "\"driver/export/"};
+  static const char folder[] = "\"driver/export/fmu/";
+  const size_t skipped = sizeof folder - 1;
   char *text = NULL;
   THRUM_TRY(thrum_reserve(&text, (int64_t)size, 1, "the sources of the FMU", error));
   size_t length = 0;
-  for (size_t at = 0; at < size;) {
+  for (size_t at = 0; at < size; at++) {
     text[length++] = (char)code[at];
-    size_t skipped = 1;
-    for (int f = 0; f < 2 && skipped == 1; f++)
-      if (size - at > strlen(folders[f]) && memcmp(code + at, folders[f], strlen(folders[f])) == 0)
-        skipped = strlen(folders[f]);
-    at += skipped;
+    if (size - at > skipped && memcmp(code + at, folder, skipped) == 0)
+      at += skipped - 1;
   }
   add_text(fmu, "sources/", name, text, length);
   return THRUM_OK;

@@ -8,7 +8,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "driver/export/body_code.h"
+#include "driver/export/fmu/body_code.h"
 #include "driver/export/fmu/fmu_prefix.h"
 
 #define FMU_TOKEN 40 /* bytes of the token that tells one FMU from others, its end included */
