@@ -1,8 +1,6 @@
 /* `thrum embed`: a fine surface bound to the mesh of a model, to be shown in its place. The work is
  * done in precompute/; here it is asked for and reported. SPDX-License-Identifier: Apache-2.0 */
 #include <getopt.h>
-#include <inttypes.h>
-#include <stdio.h>
 
 #include "app/cmd.h"
 #include "config/message.h"
@@ -11,6 +9,7 @@
 #include "driver/make/named_model.h"
 #include "io/json.h"
 #include "io/paths.h"
+#include "io/report.h"
 #include "platform/interrupt.h"
 
 typedef struct embed_request {
@@ -63,18 +62,15 @@ static int read_options(int argc, char **argv, embed_request *request) {
   return COMMAND_DONE;
 }
 
-static void print_table(const embed_request *request, const thrum_embed *embed) {
-  const thrum_embedding *e = &embed->embedding;
-  const thrum_embed_report *report = &embed->report;
-  printf("%-18s%s\n%-18s%" PRId64 " vertices, %" PRId64 " triangles, rank %" PRId64 "\n", "surface",
-         request->output, "size", e->vertex_count, e->triangle_count, e->rank);
-  printf("%-18s%" PRId64 " vertices", "outside the mesh", report->outside);
-  if (report->outside > 0)
-    printf(", up to %.3g m (vertex %" PRId64 ")", report->distance_max, report->farthest + 1);
-  printf("\n%-18s%.3g\n", "largest weight", report->weight_max);
-}
+static const report_line lines[] = {
+    REPORT_LINE("surface", "{surface}"),
+    REPORT_LINE("size", "{vertices} vertices, {triangles} triangles, rank {rank}"),
+    REPORT_LINE("outside the mesh",
+                "{outside} vertices[, up to {outside_max_m:.3g} m (vertex {outside_vertex})]"),
+    REPORT_LINE("largest weight", "{weight_max:.3g}"),
+    {0}};
 
-static void print_json(const embed_request *request, const thrum_embed *embed, bool far) {
+static cJSON *make_report(const embed_request *request, const thrum_embed *embed, bool far) {
   const thrum_embedding *e = &embed->embedding;
   const thrum_embed_report *report = &embed->report;
   cJSON *object = cJSON_CreateObject();
@@ -93,7 +89,7 @@ static void print_json(const embed_request *request, const thrum_embed *embed, b
     json_number(object, "outside_vertex", (double)(report->farthest + 1));
   json_number(object, "extent_m", report->extent);
   json_number(object, "weight_max", report->weight_max);
-  json_print(object);
+  return object;
 }
 
 int cmd_embed(int argc, char **argv) {
@@ -115,10 +111,7 @@ int cmd_embed(int argc, char **argv) {
   THRUM_THEN(status, thrum_embed_save(request.output, &embed.embedding, &error));
   if (status >= 0) {
     far = embedded_surface_warn(&embed.report, request.surface);
-    if (request.json)
-      print_json(&request, &embed, far);
-    else
-      print_table(&request, &embed);
+    report_show(make_report(&request, &embed, far), NULL, request.json, REPORT_LABEL_WIDE, lines);
   }
 
   thrum_embed_free(&embed);

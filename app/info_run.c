@@ -12,6 +12,7 @@
 #include "driver/record/run_entries.h"
 #include "driver/record/run_read.h"
 #include "io/json.h"
+#include "io/report.h"
 
 typedef struct recorded {
   const char *path;
@@ -33,16 +34,6 @@ static const char *text_of(const cJSON *object, const char *key, char text[300])
   return safe_text(cJSON_GetObjectItemCaseSensitive(object, key), text);
 }
 
-/* A number of the report in words: whole ones to their last digit; "?" where there is none. */
-static const char *figure_of(const cJSON *object, const char *key, char text[40]) {
-  const double number = json_number_of(object, key);
-  if (isnan(number))
-    snprintf(text, 40, "?");
-  else
-    snprintf(text, 40, "%.*g", number == floor(number) ? 15 : 6, number);
-  return text;
-}
-
 static bool is_full(const cJSON *report) {
   const cJSON *options = cJSON_GetObjectItemCaseSensitive(report, "options");
   return cJSON_IsTrue(cJSON_GetObjectItemCaseSensitive(options, "full"));
@@ -52,55 +43,35 @@ static const char *step_key(const recorded *run) {
   return run->scene ? "dt_s" : "dt";
 }
 
-static void print_line(const char *label, const char *text) {
-  printf("%-18s%s\n", label, text);
-}
+static const report_line of_model[] = {
+    REPORT_LINE("model", "{model|?}"),
+    REPORT_LINE("stepped by", "{stepped_by|?}{options.full? of the whole mesh}, rank {rank|?}"),
+    REPORT_LINE("in the scene", "{placement.scene|?}", .when = "placement"),
+    {0}};
 
-/* A model and what stepped it, of a run or of a body. */
-static void print_stepped(const char *label, const char *name, const cJSON *object) {
-  char model[300], stepped_by[300], status[300], rank[40];
-  printf("%-18s%s%s%s, rank %s, by %s: %s\n", label, name, name[0] != 0 ? ": " : "",
-         text_of(object, "model", model), figure_of(object, "rank", rank),
-         text_of(object, "stepped_by", stepped_by), text_of(object, "status", status));
-}
+static const report_line of_scene[] = {
+    REPORT_LINE("scene", "{scene|?}"),
+    REPORT_LINE("title", "{title}"),
+    REPORT_LINE("body", "{name|?}: {model|?}, rank {rank|?}, by {stepped_by|?}: {status|?}",
+                .each = "bodies"),
+    REPORT_LINE("gravity", "{gravity_m_s2:g} m/s^2", .when = "gravity_m_s2"),
+    REPORT_LINE("base motion", "{base_motion}", .when = "base_motion"),
+    {0}};
 
-static void print_bodies(const recorded *run) {
-  const cJSON *body = NULL;
-  cJSON_ArrayForEach(body, run->bodies) {
-    char name[300];
-    print_stepped(body == run->bodies->child ? "bodies" : "", text_of(body, "name", name), body);
-  }
-}
-
-/* Says what a run of one body was made of. */
-static void print_model(const recorded *run) {
-  char text[300], rank[40];
-  const cJSON *placement = cJSON_GetObjectItemCaseSensitive(run->report, "placement");
-  print_line("model", text_of(run->report, "model", text));
-  printf("%-18s%s%s, rank %s\n", "stepped by", text_of(run->report, "stepped_by", text),
-         is_full(run->report) ? " of the whole mesh" : "", figure_of(run->report, "rank", rank));
-  if (cJSON_IsObject(placement))
-    print_line("in the scene", text_of(placement, "scene", text));
-  info_run_print_options(run->report);
-}
-
-/* Says what acts on all bodies of a scene, where something does. */
-static void print_world(const recorded *run) {
-  const cJSON *gravity = cJSON_GetObjectItemCaseSensitive(run->report, "gravity_m_s2");
-  const cJSON *item = NULL;
-  double g[3] = {0}, size = 0;
-  for (int n = 0; n < 3; n++) {
-    const cJSON *part = cJSON_GetArrayItem(gravity, n);
-    g[n] = cJSON_IsNumber(part) ? part->valuedouble : NAN;
-    size = fmax(size, fabs(g[n]));
-  }
-  if (size > 0)
-    printf("%-18s%g, %g, %g m/s^2\n", "gravity", g[0], g[1], g[2]);
-  cJSON_ArrayForEach(item, cJSON_GetObjectItemCaseSensitive(run->report, "base_motion")) {
-    char text[300];
-    print_line("base motion", safe_text(item, text));
-  }
-}
+/* How long a run is, what is there of it, and how it ended; those of bodies are in their own
+ * folders. */
+static const report_line of_both[] = {
+    REPORT_LINE("steps",
+                "{steps|?} of {dt=null?{dt_s:g|?}|{dt:g}} s, together {simulated_s:g|?} s"),
+    REPORT_LINE("recorded", "{rows|?} rows, {frames|?} frames"),
+    REPORT_LINE("energy",
+                "first {energy_first_j:.6g|?}, last {energy_last_j:.6g|?}, least "
+                "{energy_min_j:.6g|?}, most "
+                "{energy_max_j:.6g|?} J",
+                .when = "!bodies"),
+    REPORT_LINE("status", "{status|?}"),
+    REPORT_LINE("", "{message}"),
+    {0}};
 
 /* Finds what the monitor of a run warned of; NULL where it did not look. */
 static const cJSON *warnings_of(const cJSON *report) {
@@ -211,67 +182,41 @@ static void print_reason(const char *body, const cJSON *report) {
   }
 }
 
-/* Says how the run ended, in the words of its report, and what speaks against believing it. */
-static void print_end(const recorded *run) {
-  char text[300];
-  print_line("status", text_of(run->report, "status", text));
-  if (json_text_of(run->report, "message") != NULL)
-    print_line("", text_of(run->report, "message", text));
+/* Says what speaks against believing a run. */
+static void print_doubts(const recorded *run) {
   if (!run->scene) {
     print_reason("", run->report);
     print_warnings("", run->report);
   }
 
-  // bodies of a scene have their own in the reports of their folders
+  // bodies of scenes have their own in the reports of their folders
   const cJSON *body = NULL;
   cJSON_ArrayForEach(body, run->bodies) {
+    char name[300];
     cJSON *report = report_of_body(run, body);
-    text_of(body, "name", text);
-    print_reason(text, report);
-    print_warnings(text, report);
+    text_of(body, "name", name);
+    print_reason(name, report);
+    print_warnings(name, report);
     cJSON_Delete(report);
   }
-}
-
-/* Says how long a run is, and what is there of it. */
-static void print_length(const recorded *run) {
-  char a[40], b[40], c[40], d[40];
-  const cJSON *report = run->report;
-  printf("%-18s%s of %s s, together %s s\n", "steps", figure_of(report, "steps", a),
-         figure_of(report, step_key(run), b), figure_of(report, "simulated_s", c));
-  printf("%-18s%s rows, %s frames\n", "recorded", figure_of(report, "rows", a),
-         figure_of(report, "frames", b));
-
-  // a scene has those of its bodies in their own folders
-  if (!run->scene)
-    printf("%-18sfirst %s, last %s, least %s, most %s J\n", "energy",
-           figure_of(report, "energy_first_j", a), figure_of(report, "energy_last_j", b),
-           figure_of(report, "energy_min_j", c), figure_of(report, "energy_max_j", d));
 }
 
 static void print_table(const recorded *run) {
   const char *called = getenv("THRUM_COMMAND");
   const char *program = called != NULL && called[0] != 0 ? called : "thrum";
-  char text[300];
 
   // what was stepped, for how long, and how it ended
   printf("%-18s%s, a run of %s that thrum simulate recorded\n", "run", run->path,
          run->scene ? "a scene" : "a model");
-  if (run->scene) {
-    print_line("scene", text_of(run->report, "scene", text));
-    if (json_text_of(run->report, "title") != NULL)
-      print_line("title", text_of(run->report, "title", text));
-    print_bodies(run);
-    print_world(run);
-  } else {
-    print_model(run);
-  }
-  print_length(run);
-  print_end(run);
+  report_print(run->report, NULL, REPORT_LABEL_WIDE, run->scene ? of_scene : of_model);
+  if (!run->scene)
+    info_run_print_options(run->report);
+  report_print(run->report, NULL, REPORT_LABEL_WIDE, of_both);
+  print_doubts(run);
 
   // what can be done with it, as this program was called
   if (run->missing[0] != 0) {
-    print_line("missing", run->missing);
+    printf("%-18s%s\n", "missing", run->missing);
     return;
   }
   printf("%-18s%s view %s, which plays it\n", "next", program, run->path);

@@ -3,15 +3,13 @@
 #include "app/info_surface.h"
 
 #include <cjson/cJSON.h>
-#include <inttypes.h>
 #include <math.h>
 #include <stdbool.h>
 #include <stdint.h>
-#include <stdio.h>
 
-#include "config/message.h"
 #include "core/base/vec3.h"
 #include "io/json.h"
+#include "io/report.h"
 #include "thrum/embedding.h"
 #include "thrum/thrum.h"
 
@@ -35,25 +33,16 @@ static const char *said(const cJSON *meta, const char *key) {
   return cJSON_IsString(item) ? item->valuestring : "";
 }
 
-static void print_table(const char *path, const thrum_embedding *e, const measured *m,
-                        const cJSON *meta) {
-  char from[200], model[200];
-  snprintf(from, sizeof from, "%s", said(meta, "surface"));
-  snprintf(model, sizeof model, "%s", said(meta, "model"));
-  config_one_line(from);
-  config_one_line(model);
-  printf("%-18s%s\n", "embedded surface", path);
-  printf("%-18s%" PRId64 " vertices, %" PRId64 " triangles, rank %" PRId64 "\n", "size",
-         e->vertex_count, e->triangle_count, e->rank);
-  printf("%-18s[%.4g, %.4g] x [%.4g, %.4g] x [%.4g, %.4g] m\n", "box", m->box_min[0], m->box_max[0],
-         m->box_min[1], m->box_max[1], m->box_min[2], m->box_max[2]);
-  printf("%-18s%.3g\n", "largest weight", m->weight_max);
-  if (from[0] != 0 || model[0] != 0)
-    printf("%-18s%s, in %s\n", "made from", from, model);
-}
+static const report_line lines[] = {
+    REPORT_LINE("embedded surface", "{surface}"),
+    REPORT_LINE("size", "{vertices} vertices, {triangles} triangles, rank {rank}"),
+    REPORT_LINE("box", REPORT_BOX),
+    REPORT_LINE("largest weight", "{weight_max:.3g}"),
+    REPORT_LINE("made from", "{made_from}, in {model}", .when = "made_from"),
+    {0}};
 
-static void print_json(const char *path, const thrum_embedding *e, const measured *m,
-                       const cJSON *meta) {
+static cJSON *make_report(const char *path, const thrum_embedding *e, const measured *m,
+                          const cJSON *meta) {
   cJSON *object = cJSON_CreateObject();
   cJSON_AddStringToObject(object, "status", "done");
   json_string(object, "surface", path);
@@ -65,7 +54,7 @@ static void print_json(const char *path, const thrum_embedding *e, const measure
   json_number(object, "weight_max", m->weight_max);
   json_string(object, "made_from", said(meta, "surface"));
   json_string(object, "model", said(meta, "model"));
-  json_print(object);
+  return object;
 }
 
 bool info_surface(const char *path, bool json) {
@@ -75,7 +64,7 @@ bool info_surface(const char *path, bool json) {
   const measured m = measure(e);
   cJSON *meta =
       e->meta != NULL ? cJSON_ParseWithLength((const char *)e->meta, (size_t)e->meta_bytes) : NULL;
-  (json ? print_json : print_table)(path, e, &m, meta);
+  report_show(make_report(path, e, &m, meta), NULL, json, REPORT_LABEL_WIDE, lines);
   cJSON_Delete(meta);
   thrum_embedding_free(e);
   return true;

@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/base/plain_text.h"
 #include "io/json.h"
 #include "io/percent.h"
 
@@ -224,8 +225,13 @@ static void print_line(const scopes *in, int width, const report_line *line) {
   char label[TEXT_BYTES], text[LINE_BYTES];
   if (line->when != NULL && !holds(in, line->when))
     return;
-  if (text_in(in, line->label, label, sizeof label) && text_in(in, line->text, text, sizeof text))
-    printf("%-*s%s\n", width, label, text);
+  if (!text_in(in, line->label, label, sizeof label) || !text_in(in, line->text, text, sizeof text))
+    return;
+
+  // a value may be of a file from elsewhere, and hold anything
+  thrum_plain_text(label);
+  thrum_plain_text(text);
+  printf("%-*s%s\n", width, label, text);
 }
 
 void report_print(const cJSON *report, const cJSON *more, int width, const report_line *lines) {
@@ -243,6 +249,15 @@ void report_print(const cJSON *report, const cJSON *more, int width, const repor
       print_line(&in, width, line);
     }
   }
+}
+
+void report_show(cJSON *report, cJSON *more, bool json, int width, const report_line *lines) {
+  if (!json) {
+    report_end(report, more, width, lines);
+    return;
+  }
+  json_print(report);
+  cJSON_Delete(more);
 }
 
 void report_end(cJSON *report, cJSON *more, int width, const report_line *lines) {

@@ -25,6 +25,11 @@
 #define REPORT_LABEL 13      /* width of the labels of runs and equilibria, */
 #define REPORT_LABEL_WIDE 18 /* and of models and meshes */
 
+/* The box of a body or a surface. */
+#define REPORT_BOX                                                                                 \
+  "[[{box_min_m.0:.4g}, {box_max_m.0:.4g}]] x [[{box_min_m.1:.4g}, {box_max_m.1:.4g}]] x "         \
+  "[[{box_min_m.2:.4g}, {box_max_m.2:.4g}]] m"
+
 /* A line; one without a text ends a table. */
 typedef struct report_line {
   const char *label; /* may have values as well */
@@ -43,6 +48,9 @@ void report_print(const cJSON *report, const cJSON *more, int width, const repor
 
 /* The same of the last lines, or of all: deletes the report and `more`. */
 void report_end(cJSON *report, cJSON *more, int width, const report_line *lines);
+
+/* Prints the report on one line where `json`, else its table, and deletes both. */
+void report_show(cJSON *report, cJSON *more, bool json, int width, const report_line *lines);
 
 /* The text of one line into `into`, cut to its size; false where a value is missing. */
 bool report_text(const cJSON *report, const cJSON *more, const char *text, char *into, size_t size);
