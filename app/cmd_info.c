@@ -24,6 +24,7 @@
 #include "driver/record/run_read.h"
 #include "driver/spec/shared_options.h"
 #include "io/json.h"
+#include "io/report.h"
 #include "mesh/model_quality.h"
 #include "platform/allocate.h"
 #include "platform/clock.h"
@@ -122,12 +123,6 @@ const config_command command_info = {
 static double meta_number(const info *about, const char *object, const char *key) {
   const cJSON *item = model_meta_find(about->meta, object, key);
   return cJSON_IsNumber(item) ? item->valuedouble : NAN;
-}
-
-/* A share of a JSON object in per cent; NaN where it has none. */
-static double percent_of(const cJSON *object, const char *key) {
-  const cJSON *item = cJSON_GetObjectItemCaseSensitive(object, key);
-  return cJSON_IsNumber(item) ? 100 * item->valuedouble : NAN;
 }
 
 static bool is_single(const info *about) {
@@ -253,7 +248,7 @@ static void add_training(cJSON *object, const thrum_model *model) {
   cJSON_AddBoolToObject(on, "learned", training[THRUM_TRAINING_LEARNED] > 0);
 }
 
-static void print_json(const info *about) {
+static cJSON *make_report(const info *about) {
   cJSON *object = cJSON_CreateObject();
   cJSON_AddStringToObject(object, "status", "done");
   json_string(object, "model", about->path);
@@ -323,7 +318,7 @@ static void print_json(const info *about) {
   json_number(seconds, "measure", now - about->read);
   json_number(seconds, "total", now - about->began);
   json_number(object, "peak_mb", clock_peak_mb());
-  json_print(object);
+  return object;
 }
 
 static void print_label(const char *label) {
@@ -408,209 +403,142 @@ static void print_material(const info *about, int64_t region) {
   print_region_law(about->model, region);
 }
 
-static void print_mesh(const info *about) {
-  const thrum_quality *quality = &about->quality;
-  print_label("mesh");
-  if (!about->has_mesh) {
-    puts("none: a polynomial alone");
-    return;
-  }
-
-  printf("%" PRId64 " vertices (%" PRId64 " held), %" PRId64 " tetrahedra%s, %" PRId64
-         " material%s\n",
-         about->model->vertex_count, quality->fixed_count, about->model->tet_count,
-         about->model->midsides != NULL ? " of ten nodes" : "", about->model->region_count,
-         about->model->region_count == 1 ? "" : "s");
-  char elements[LOCKING_LINE_MAX];
-  if (locking_line(about->model, elements)[0] != 0)
-    print_line("elements", "%s\n", elements);
+static void print_materials(const info *about) {
   for (int64_t m = 0; m < about->model->region_count && m < NAMES_SHOWN; m++)
     print_material(about, m);
   if (about->model->region_count > NAMES_SHOWN)
     print_line("", "and %" PRId64 " more\n", about->model->region_count - NAMES_SHOWN);
-
-  // measures of the whole body and of its worst element
-  print_line("body", "%.6g kg, %.6g m^3\n", quality->mass, quality->volume);
-  print_line("box", "[%g, %g] x [%g, %g] x [%g, %g] m\n", quality->box_min[0], quality->box_max[0],
-             quality->box_min[1], quality->box_max[1], quality->box_min[2], quality->box_max[2]);
-  print_line("element quality",
-             "mean ratio %.3f at least (tetrahedron %" PRId64 "), %.3f on average; 1 is regular\n",
-             quality->ratio_min, quality->worst_tet + 1, quality->ratio_mean);
 }
 
-static void print_groups(const thrum_model *model) {
-  if (model->group_count == 0)
-    return;
-  print_label("groups");
-  for (int64_t g = 0; g < model->group_count && g < NAMES_SHOWN; g++) {
-    const int32_t begin = g > 0 ? model->group_ends[g - 1] : 0;
-    printf("%s%s (%d)", g > 0 ? ", " : "", thrum_model_group_name(model, g),
-           model->group_ends[g] - begin);
+static const report_line head[] = {
+    REPORT_LINE("model", "{model}, format {format_major}.{format_minor}"),
+    REPORT_LINE(
+        "mesh",
+        "{has_mesh?{vertices} vertices ({fixed} held), {tets} tetrahedra{ten_nodes? of ten nodes}, "
+        "{regions} material{regions#|s}|none: a polynomial alone}"),
+    REPORT_LINE("elements", "{elements}"),
+    {0}};
+
+static const report_line body[] = {
+    // measures of the whole body and of its worst element
+    REPORT_LINE("body", "{mass_kg:.6g} kg, {volume_m3:.6g} m^3"),
+    REPORT_LINE("box",
+                "[[{box_min_m.0:g}, {box_max_m.0:g}]] x [[{box_min_m.1:g}, {box_max_m.1:g}]] x "
+                "[[{box_min_m.2:g}, {box_max_m.2:g}]] m"),
+    REPORT_LINE(
+        "element quality",
+        "mean ratio {quality_min:.3f} at least (tetrahedron {worst_tet}), {quality_mean:.3f} on "
+        "average; 1 is regular"),
+    REPORT_LINE("groups", "{groups_shown}", .when = "groups"),
+
+    // what the strain energy is summed from: coefficients, or points and what they were trained on
+    REPORT_LINE(
+        "polynomial",
+        "rank {rank}, {cubic_coefficients} cubic and {quartic_coefficients} quartic coefficients",
+        .when = "!cubature_points"),
+    REPORT_LINE("cubature",
+                "rank {rank}, {cubature_points} points in place of the polynomial[, force wrong by "
+                "{meta.cubature.test_error:.2g%} (rms)]"),
+    REPORT_LINE("motion",
+                "by these points wrong by {meta.cubature.motion_error:.2g%} within the range of "
+                "{meta.cubature.range:.2g} of the diagonal that they were trained on, by "
+                "{meta.cubature.motion_error_beyond:.2g%} at half as far again"),
+    REPORT_LINE("trained on",
+                "{trained_on=null?not known: the file is of an earlier format|strains up to "
+                "{trained_on.strain:.2g}, {trained_on.yield=null?no plastic flow|flow beyond "
+                "{trained_on.yield:.3g}, plastic strains up to {trained_on.plastic_strain:.2g}}}",
+                .when = "cubature_points"),
+    REPORT_LINE("gradients", "learned in {meta.cubature.refine:.0f} steps",
+                .when = "meta.cubature.refine"),
+    REPORT_LINE("law", "{law}", .when = "cubature_points"),
+    REPORT_LINE("condensed", "{masters} coordinates are stepped, the others follow at rest",
+                .when = "condensed"),
+    REPORT_LINE(
+        "precision",
+        "single, force wrong by {residuals.single_precision:.1e} of itself at most, of 16 samples",
+        .when = "precision=single"),
+    REPORT_LINE("free body", "elastic part alone; 6 rigid modes kept apart in the array 'rigid'",
+                .when = "rigid_modes"),
+
+    // where the basis comes from when not from modes alone
+    REPORT_LINE("imported", "from {import.basis}, |U^T M U - 1| was {import.orthonormality:.1e}, "
+                            "{import.basis_changed?its basis was changed|taken as it is}"),
+    REPORT_LINE("handles", "{handles}", .when = "handles"),
+    {0}};
+
+static const report_line split[] = {
+    REPORT_LINE("split",
+                "{explicit_modes} explicit, {implicit_modes} implicit by imexv at dt = {dt:g} s"),
+    {0}};
+
+static const report_line tail[] = {
+    REPORT_LINE("none missed", "{mode_check.complete?yes|NO} by {mode_check.method=inertia?inertia "
+                               "count|search}, next mode "
+                               "at {mode_check.next_hz:.5g} Hz"),
+    REPORT_LINE("residuals", "[modes {residuals.modes_max:.1e}, ]orthonormality "
+                             "{residuals.orthonormality:.1e}, diagonality "
+                             "{residuals.diagonality:.1e}"),
+    REPORT_LINE(
+        "load",
+        "{load}: {static_share_outside=null?acts on nothing that can deform|the basis lacks "
+        "{static_share_outside:.3g%} of its static answer (which counts for slow pulls), and "
+        "{load_share_outside:.3g%} of the load itself}",
+        .each = "loads"),
+
+    // how pulls at the surface are followed: as measured now, or as precompute --touch found it
+    REPORT_LINE("touch",
+                "pulls are followed by {touch.worst:.0f%} at least (vertex {touch.vertex}, at "
+                "{touch.at_m:.3g} m), "
+                "{touch.mean:.0f%} in the mean of {touch.places} places",
+                .when = "touch_judged"),
+    REPORT_LINE("touch modes",
+                "{meta.touch.modes:.0f}: in the mean over directions pulls are followed by "
+                "{meta.touch.after.worst:.0f%} at least, {meta.touch.after.mean:.0f%} in the mean "
+                "of places; "
+                "without them by {meta.touch.before.worst:.0f%} and {meta.touch.before.mean:.0f%}"),
+    REPORT_LINE("memory", "model {model_bytes} bytes, state {state_bytes} bytes"),
+    {0}};
+
+/* The first groups with their sizes, and how many more there are. */
+static void add_groups_shown(cJSON *more, const cJSON *groups) {
+  char text[2000] = "", one[200];
+  const int count = cJSON_GetArraySize(groups);
+  for (int g = 0; g < count && g < NAMES_SHOWN; g++) {
+    report_text(cJSON_GetArrayItem(groups, g), NULL, "{name} ({vertices})", one, sizeof one);
+    snprintf(text + strlen(text), sizeof text - strlen(text), "%s%s", g > 0 ? ", " : "", one);
   }
-  if (model->group_count > NAMES_SHOWN)
-    printf(" and %" PRId64 " more", model->group_count - NAMES_SHOWN);
-  puts("");
+  if (count > NAMES_SHOWN)
+    snprintf(text + strlen(text), sizeof text - strlen(text), " and %d more", count - NAMES_SHOWN);
+  cJSON_AddStringToObject(more, "groups_shown", text);
 }
 
-/* How precompute made sure that no mode was missed. */
-static void print_check(const info *about) {
-  const cJSON *check = model_meta_find(about->meta, NULL, "mode_check");
-  const cJSON *method = cJSON_GetObjectItemCaseSensitive(check, "method");
-  const cJSON *complete = cJSON_GetObjectItemCaseSensitive(check, "complete");
-  if (!cJSON_IsString(method) || !cJSON_IsBool(complete))
-    return;
-  print_line("none missed", "%s by %s, next mode at %.5g Hz\n",
-             cJSON_IsTrue(complete) ? "yes" : "NO",
-             strcmp(method->valuestring, "inertia") == 0 ? "inertia count" : "search",
-             meta_number(about, "mode_check", "next_hz"));
-}
-
-/* Where the basis comes from when not from modes alone: from a file, or with handles. */
-static void print_origin(const info *about) {
-  const cJSON *basis = model_meta_find(about->meta, "import", "basis");
-  if (cJSON_IsString(basis)) {
-    print_line("imported", "from %s, |U^T M U - 1| was %.1e, %s\n", basis->valuestring,
-               meta_number(about, "import", "orthonormality"),
-               cJSON_IsTrue(model_meta_find(about->meta, "import", "basis_changed"))
-                   ? "its basis was changed"
-                   : "taken as it is");
-  }
-
-  // handles are separated by commas on one line
-  const cJSON *handles = model_meta_find(about->meta, "options", "handles"), *handle = NULL;
-  if (cJSON_GetArraySize(handles) > 0)
-    print_label("handles");
-  cJSON_ArrayForEach(handle, handles) {
-    printf("%s%s", cJSON_IsString(handle) ? handle->valuestring : "?",
-           handle->next != NULL ? ", " : "\n");
-  }
-}
-
-static void print_residuals(const info *about) {
-  const double worst = meta_worst_residual(about);
-  const double orthonormality = meta_number(about, "residuals", "orthonormality");
-  if (isnan(orthonormality))
-    return;
-  print_label("residuals");
-  if (!isnan(worst))
-    printf("modes %.1e, ", worst);
-  printf("orthonormality %.1e, diagonality %.1e\n", orthonormality,
-         meta_number(about, "residuals", "diagonality"));
-}
-
-/* Prints what the cubature points were trained on, which files before 1.4 do not say. */
-static void print_training(const thrum_model *model) {
-  const double *training = model->point_training;
-  if (!training)
-    print_line("trained on", "not known: the file is of an earlier format\n");
-  else if (training[THRUM_TRAINING_YIELD] > 0)
-    print_line("trained on", "strains up to %.2g, flow beyond %.3g, plastic strains up to %.2g\n",
-               training[THRUM_TRAINING_STRAIN], training[THRUM_TRAINING_YIELD],
-               training[THRUM_TRAINING_PLASTIC]);
-  else
-    print_line("trained on", "strains up to %.2g, no plastic flow\n",
-               training[THRUM_TRAINING_STRAIN]);
-}
-
-/* Prints what the strain energy is summed from: coefficients or points. */
-static void print_energy(const info *about) {
+static void print_table(const info *about, cJSON *report) {
   const thrum_model *model = about->model;
-  if (model->point_count > 0) {
-    print_line("cubature",
-               "rank %" PRId64 ", %" PRId64
-               " points in place of the polynomial, force wrong by %.2g %% "
-               "(rms)\n",
-               model->rank, model->point_count, 100 * meta_number(about, "cubature", "test_error"));
-    if (meta_number(about, "cubature", "motion_error") >= 0)
-      print_line(
-          "motion",
-          "by these points wrong by %.2g %% within the range of %.2g of the diagonal that they "
-          "were trained on, by %.2g %% at half as far again\n",
-          100 * meta_number(about, "cubature", "motion_error"),
-          meta_number(about, "cubature", "range"),
-          100 * meta_number(about, "cubature", "motion_error_beyond"));
-    print_training(model);
-    if (meta_number(about, "cubature", "refine") > 0)
-      print_line("gradients", "learned in %.0f steps\n", meta_number(about, "cubature", "refine"));
+  char elements[LOCKING_LINE_MAX];
+  cJSON *more = cJSON_CreateObject();
+  if (about->meta != NULL)
+    cJSON_AddItemReferenceToObject(more, "meta", about->meta);
+  cJSON_AddBoolToObject(more, "has_mesh", about->has_mesh);
+  cJSON_AddBoolToObject(more, "ten_nodes", model->midsides != NULL);
+  cJSON_AddBoolToObject(more, "condensed", about->steps != model);
+  cJSON_AddBoolToObject(more, "touch_judged", about->touch.judged);
+  const bool told = about->has_mesh && locking_line(model, elements)[0] != 0;
+  json_string(more, "elements", told ? elements : NULL);
+  add_groups_shown(more, cJSON_GetObjectItemCaseSensitive(report, "groups"));
 
-    // no law but the usual one is named
-    if (thrum_law_of_model(model) != THRUM_LAW_STVK)
-      print_line("law", "%s\n", thrum_law_name(thrum_law_of_model(model)));
-    return;
-  }
-  print_line("polynomial",
-             "rank %" PRId64 ", %" PRId64 " cubic and %" PRId64 " quartic coefficients\n",
-             model->rank, about->steps->c3_count, about->steps->c4_count);
-}
-
-/* How pulls at the surface are followed: as measured now, or as precompute --touch found it. */
-static void print_touch(const info *about) {
-  if (about->touch.judged) {
-    print_label("touch");
-    touch_coverage_print(&about->touch.after, about->touch.at);
-    puts("");
-  }
-
-  // with touch modes the file says how it was without
-  const cJSON *before = model_meta_find(about->meta, "touch", "before");
-  const cJSON *after = model_meta_find(about->meta, "touch", "after");
-  if (!cJSON_IsObject(before) || !cJSON_IsObject(after))
-    return;
-  print_line(
-      "touch modes",
-      "%.0f: in the mean over directions pulls are followed by %.0f %% at least, %.0f %% in the "
-      "mean of places; without them by %.0f and %.0f %%\n",
-      meta_number(about, "touch", "modes"), percent_of(after, "worst"), percent_of(after, "mean"),
-      percent_of(before, "worst"), percent_of(before, "mean"));
-}
-
-static void print_table(const info *about) {
-  const thrum_model *model = about->model;
-  print_line("model", "%s, format %d.%d\n", about->path, model->format[0], model->format[1]);
-  print_mesh(about);
-  print_groups(model);
-
-  print_energy(about);
-  if (about->steps != model) {
-    print_line("condensed", "%" PRId64 " coordinates are stepped, the others follow at rest\n",
-               about->steps->rank);
-  }
-  if (is_single(about)) {
-    print_line("precision", "single, force wrong by %.1e of itself at most, of 16 samples\n",
-               meta_number(about, "residuals", "single_precision"));
-  }
-
-  if (model->rigid != NULL) {
-    print_line("free body", "elastic part alone; 6 rigid modes kept apart in the array 'rigid'\n");
-  }
-
-  // where the basis comes from, and its frequencies
-  print_origin(about);
+  // lists of which not all is shown stand between
+  report_print(report, more, REPORT_LABEL_WIDE, head);
+  if (about->has_mesh)
+    print_materials(about);
+  report_print(report, more, REPORT_LABEL_WIDE, body);
   print_linear_frequencies(about);
   for (int64_t n = 0; n < model->rank; n++)
     print_frequency("basis", about->hertz[n], n, model->rank);
   model_coordinates_print(about->meta, about->hertz, model->rank);
-  print_line("split", "%" PRId64 " explicit, %" PRId64 " implicit by imexv at dt = %g s\n",
-             about->split.explicit_modes, about->split.implicit_modes, about->def.dt);
+  report_print(report, more, REPORT_LABEL_WIDE, split);
   if (about->steps_named)
     print_stepped(about);
-
-  print_check(about);
-  print_residuals(about);
-  for (int n = 0; n < about->load_count; n++) {
-    print_label("load");
-    if (isnan(about->shares[n].statics))
-      printf("%s: acts on nothing that can deform\n", about->loads[n].text);
-    else
-      printf("%s: the basis lacks %.3g %% of its static answer (which counts for slow pulls), and "
-             "%.3g %% "
-             "of the load itself\n",
-             about->loads[n].text, 100 * about->shares[n].statics, 100 * about->shares[n].load);
-  }
-
-  print_touch(about);
-  print_line("memory", "model %.0f bytes, state %zu bytes\n", about->file_bytes,
-             about->split.state_bytes);
+  report_end(report, more, REPORT_LABEL_WIDE, tail);
 }
 
 /* Measures the share of each load that the basis lacks. */
@@ -718,8 +646,10 @@ int cmd_info(int argc, char **argv) {
   about.path = file.path;
   about.read = clock_seconds();
   status = gather(&about, &error);
-  if (status >= 0)
-    (request.json ? print_json : print_table)(&about);
+  if (status >= 0 && request.json)
+    json_print(make_report(&about));
+  else if (status >= 0)
+    print_table(&about, make_report(&about));
   cJSON_Delete(about.meta);
   free(about.hertz);
   free(about.stepped);

@@ -121,11 +121,3 @@ void touch_coverage_json(cJSON *object, const char *key, const thrum_touch_cover
   json_number(item, "places", (double)coverage->places);
   json_number(item, "stiff_places", (double)coverage->stiff);
 }
-
-void touch_coverage_print(const thrum_touch_coverage *coverage, const double at[3]) {
-  printf("in the mean over directions pulls are followed by %.0f %% at least (vertex %" PRId32
-         ", at %.3g, %.3g, %.3g m), by %.0f %% in the mean of %" PRId64 " places; in the worst "
-         "direction by %.0f %% (vertex %" PRId32 ")",
-         100 * coverage->worst, coverage->vertex + 1, at[0], at[1], at[2], 100 * coverage->mean,
-         coverage->places, 100 * coverage->direction, coverage->direction_vertex + 1);
-}

@@ -39,7 +39,4 @@ void precompute_touch_free(touch_outcome *outcome); /* a zeroed one is fine */
 void touch_coverage_json(cJSON *object, const char *key, const thrum_touch_coverage *coverage,
                          const double at[3]);
 
-/* Prints the same in words, without a new line at the end. */
-void touch_coverage_print(const thrum_touch_coverage *coverage, const double at[3]);
-
 #endif
