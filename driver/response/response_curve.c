@@ -27,6 +27,8 @@
 #define FORCED_TO 1.2
 #define FREE_FROM 0.5
 #define FREE_TO 2.0
+#define FORM_PASSES 4  /* of finding the amplitude at which a normal form is found */
+#define FORM_SHARE 0.1 /* of the frequency that its first coefficient makes there */
 
 /* --- the model -------------------------------------------------------------------------------- */
 
@@ -371,11 +373,38 @@ static thrum_status follow(response_curve *c, bool stability, thrum_error *error
   return status >= 0 && c->failure.status < 0 ? c->failure.status : status;
 }
 
+/* The normal form of the mode in all coordinates, where the model has one. A first one says at
+ * which amplitude its orders are of one size, which is where the second is found. */
+static thrum_status find_form(response_curve *c, thrum_error *error) {
+  const thrum_model *model = c->loaded;
+  const int64_t mode = c->request->mode - 1;
+  size_t size = 0;
+  void *workspace = NULL;
+  double q[THRUM_RANK_MAX] = {0}, scale = 1;
+  if (mode < 0 || thrum_normal_form_size(model, mode, &size, NULL) < 0)
+    return THRUM_OK;
+  THRUM_TRY(thrum_reserve_aligned(&workspace, size, "the normal form", error));
+  for (int pass = 0; pass < FORM_PASSES; pass++) {
+    if (thrum_normal_form_find(model, mode, scale, workspace, size, &c->form, NULL) < 0)
+      break;
+    const double first = fabs(c->form.coefficients[0]);
+    scale = first > 0 ? sqrt(FORM_SHARE * c->form.omega / first) : scale;
+  }
+  free(workspace);
+
+  // the last order alone makes a hundredth of the frequency there
+  const double last = fabs(c->form.coefficients[2]);
+  c->form_amplitude = NAN;
+  if (c->form.omega > 0 && last > 0 && thrum_mode_add(c->shape, mode, 1, q, NULL) >= 0)
+    c->form_amplitude = 2 * pow(0.01 * c->form.omega / last, 1.0 / 6) / fabs(q[mode]);
+  return THRUM_OK;
+}
+
 thrum_status response_curve_find(response_curve *curve, thrum_error *error) {
   const response_request *request = curve->request;
   config_progress progress = config_progress_make(request->quiet);
   const bool open = request->harmonics == 0;
-  thrum_status status = THRUM_OK;
+  thrum_status status = find_form(curve, error);
   curve->harmonics = open ? HARMONICS_FIRST : request->harmonics;
 
   // more harmonics while the last of them matter; that is looked for without stability

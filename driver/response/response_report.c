@@ -80,6 +80,27 @@ static void add_resonances(const response_curve *c, cJSON *object) {
     }
 }
 
+/* The two numbers that do not depend on the scale of the mode. */
+static double form_second(const thrum_normal_form *form) {
+  const double *c = form->coefficients;
+  return c[1] * form->omega / (c[0] * c[0]);
+}
+static double form_third(const thrum_normal_form *form) {
+  const double *c = form->coefficients;
+  return c[2] * form->omega * form->omega / (c[0] * c[0] * c[0]);
+}
+
+static void add_form(const response_curve *c, cJSON *object) {
+  cJSON *form = json_section(object, "normal_form", c->form.omega > 0);
+  if (form == NULL)
+    return;
+  json_number(form, "omega", c->form.omega);
+  json_numbers(form, "coefficients", c->form.coefficients, 3);
+  json_number(form, "second_ratio", form_second(&c->form));
+  json_number(form, "third_ratio", form_third(&c->form));
+  json_number(form, "good_to_m", c->form_amplitude);
+}
+
 cJSON *response_report_object(const response_curve *curve) {
   const response_request *request = curve->request;
   cJSON *object = json_report("response", response_status_name(curve));
@@ -116,6 +137,8 @@ cJSON *response_report_object(const response_curve *curve) {
   json_number(object, "peak_m", peak >= 0 ? curve->peak[peak * curve->target_count] : NAN);
   add_special(curve, object);
   add_resonances(curve, object);
+
+  add_form(curve, object);
 
   // how well it was found, and at what cost
   json_number(object, "tail", report->tail);
@@ -158,6 +181,11 @@ void response_report_table(const response_curve *curve) {
                  : thrum_response_kind_name(row->point.kind),
              hertz(row->point.omega), 100 * (row->point.omega / omega - 1), mode + 1, n + 1);
   }
+  if (curve->form.omega > 0)
+    printf("normal form  %s; d omega/c^2 = %.6g, e omega^2/c^3 = %.6g; orders 5 and 7 are 1 %% "
+           "apart at %.3g m\n",
+           curve->form.coefficients[0] > 0 ? "hardening" : "softening", form_second(&curve->form),
+           form_third(&curve->form), curve->form_amplitude);
   if (report->balance > 0)
     printf("balance      work of the load and dissipation agree to %.1e\n", report->balance);
   printf("cost         %.3g s, %d iterations, %d factorisations\n", curve->seconds,

@@ -181,6 +181,29 @@ THRUM_API thrum_status thrum_response(
 THRUM_API void thrum_response_at(int64_t rank, int32_t harmonics, double omega, double phase,
                                  const double *coefficients, double *q, double *p);
 
+/* The normal form of one mode: with the complex amplitude z of its coordinate, q = z + zbar to
+ * first order, zdot = i (omega + c |z|^2 + d |z|^4 + e |z|^6) z. All other coordinates follow, and
+ * no scale of the mode changes d omega / c^2 and e omega^2 / c^3. */
+#define THRUM_NORMAL_FORM_ORDER 7
+typedef struct thrum_normal_form {
+  double omega;           /* [rad/s] */
+  double coefficients[3]; /* c, d and e [1/s over (kg^1/2 m)^2, ^4, ^6] */
+} thrum_normal_form;
+
+/* Bytes of workspace for this model, into *size. Fails as thrum_normal_form_find. */
+THRUM_API thrum_status thrum_normal_form_size(const thrum_model *model, int64_t mode, size_t *size,
+                                              thrum_error *error);
+
+/* Finds the normal form of the mode (0-based) of a polynomial of all coordinates. scale: amplitude
+ * of the mode at which its nonlinear forces are about as large as the linear one, of the
+ * coordinate; only rounding depends on it. `workspace` has thrum_normal_form_size bytes and is
+ * aligned to 64. THRUM_SINGULAR where another mode has a multiple of the frequency to 1e-3 of its
+ * square, THRUM_MISSING without a polynomial or where the model is condensed,
+ * THRUM_INVALID_ARGUMENT, THRUM_MISALIGNED, THRUM_BUFFER_TOO_SMALL. */
+THRUM_API thrum_status thrum_normal_form_find(const thrum_model *model, int64_t mode, double scale,
+                                              void *workspace, size_t workspace_size,
+                                              thrum_normal_form *found, thrum_error *error);
+
 #ifdef __cplusplus
 }
 #endif

@@ -415,6 +415,50 @@ static void inertia_of_slaves_brings_a_backbone_to_that_of_all_coordinates(void 
   random_model_free(&m);
 }
 
+/* The backbone in terms of the normal form: the first harmonic a_1 of the mode is 4 rho omega /
+ * (omega + Omega). */
+static void the_normal_form_is_the_backbone_at_small_amplitudes(void **context) {
+  (void)context;
+  for (int rank = 1; rank <= 3; rank += 2) {
+    random_model m;
+    random_model_make(&m, 6, rank, 1, 4.5, 2);
+    size_t size = 0;
+    assert_int_equal(thrum_normal_form_size(&m.model, 0, &size, NULL), THRUM_OK);
+    void *memory = aligned_alloc(64, (size + 63) / 64 * 64);
+    thrum_normal_form form, other;
+    assert_int_equal(thrum_normal_form_find(&m.model, 0, 0.3, memory, size, &form, NULL), THRUM_OK);
+    assert_int_equal(thrum_normal_form_find(&m.model, 0, 0.6, memory, size, &other, NULL),
+                     THRUM_OK);
+    for (int k = 0; k < 3; k++)
+      assert_true(fabs(form.coefficients[k] / other.coefficients[k] - 1) < 1e-8);
+
+    thrum_response_def def = thrum_default_response_def();
+    def.mode = 0;
+    def.harmonics = 9;
+    def.from = 0.5;
+    def.to = 2;
+    def.amplitude = 0.35;
+    curve *c = follow(&m.model, &def);
+    int compared = 0;
+    for (int n = 0; n < c->count; n++) {
+      const double omega = c->points[n].omega, a = c->coefficients[n][rank];
+      const double square = pow(0.25 * a * (1 + omega / form.omega), 2);
+      const double series =
+          form.omega + square * (form.coefficients[0] +
+                                 square * (form.coefficients[1] + square * form.coefficients[2]));
+      const double shift = fabs(omega - form.omega);
+      if (a < 0.12) {
+        assert_true(fabs(series - omega) < 1e-4 * shift + 1e-13);
+        compared++;
+      }
+    }
+    assert_true(compared > 3);
+    free(c);
+    free(memory);
+    random_model_free(&m);
+  }
+}
+
 static void refused(const thrum_model *model, const thrum_response_def *def, thrum_status status,
                     const char *says) {
   size_t size = 77;
@@ -480,6 +524,7 @@ int main(void) {
       cmocka_unit_test(units_change_nothing),
       cmocka_unit_test(a_load_on_the_slaves_of_a_condensed_model_does_work),
       cmocka_unit_test(inertia_of_slaves_brings_a_backbone_to_that_of_all_coordinates),
+      cmocka_unit_test(the_normal_form_is_the_backbone_at_small_amplitudes),
       cmocka_unit_test(bad_input_is_refused),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
