@@ -11,8 +11,9 @@ trap 'rm -rf "$work"' EXIT INT TERM
 python3 "$source/validation/pictures/models.py" "$program" "$work/models.png"
 python3 "$source/validation/pictures/schemes.py" "$work"
 python3 "$source/validation/pictures/orders.py" "$work"
+python3 "$source/validation/pictures/fmu_bar.py" "$work"
 mv "$work/models.png" "$source/docs/models_under_load.png"
-for name in long_energy energy_schemes step_sizes work_impulse work_smooth tradeoff_fronts tradeoff_points order_cost \
+for name in long_energy energy_schemes step_sizes work_impulse work_smooth tradeoff_fronts tradeoff_points order_cost fmu_bar \
   tradeoff_beam tradeoff_basket tradeoff_bridge tradeoff_horse tradeoff_tower tradeoff_heart; do
   mv "$work/$name.png" "$source/docs/$name.png"
 done
