@@ -59,8 +59,8 @@ typedef struct thrum_cubature_figures {
   int64_t points, candidates, states, test_states;
   double train_error, test_error; /* relative rms of the internal force */
   double chosen_error;            /* test_error before points were refined; 0: they were not */
-  double force_cost; /* of a force, over that of the polynomial's, about: above 1 points do not pay;
-                      * for a law that no polynomial holds it says nothing */
+  double force_cost; /* of a force, over that of the polynomial's, about: above a half no step
+                      * gains; for a law that no polynomial holds it says nothing */
 
   int64_t few; /* points that would begin to be learned; 0: not known, or they were */
 

@@ -554,6 +554,12 @@ static void an_error_that_is_missed_is_flagged(void **state) {
   assert_non_null(strstr(run.err, "the force by 3 cubature points is wrong by"));
   assert_non_null(strstr(run.out, " recommended: a force takes about 0.49 times as long"));
   program_result_free(&run);
+
+  // with more points a force costs less than by the polynomial, and a step does not
+  run = PRECOMPUTE("--cubature", "--cubature-points", "5");
+  assert_non_null(strstr(run.out, "not recommended, leave --cubature out: a force takes about 0.8"));
+  assert_non_null(strstr(run.out, "a step gains below a half"));
+  program_result_free(&run);
 }
 
 /* Where points miss their error, the message names only options that help: it asks for more points

@@ -63,6 +63,17 @@ COMMANDS = {
     "export": "export m.npz --vega-basis OUT/m.U --vega-cubic OUT/m.cub --matrices OUT/m --json",
     "export_motion": "export run --glb OUT/m.glb --pc2 OUT/m.pc2 --mdd OUT/m.mdd --obj OUT/m.obj --json",
     "export_scene": "export scene_run --glb OUT/m.glb --json",
+    "export_code": "export m.npz --header OUT/m.h --numpy OUT/m_numpy.py --torch OUT/m_torch.py --jax OUT/m_jax.py --json",
+    "compare": "compare run longer_run --json",
+    "info_run": "info run --json",
+    "static_full": "static mesh.veg --full --fix x<0.1 --load gravity:0,0,-1 -q --reactions OUT/r.csv --json",
+    "response": "response m.npz --mode 1 --harmonics 5 --to 6 -o OUT/curve --json",
+    "precompute_touch": "precompute mesh.veg --order 1 --fix x<0.1 --modes 2 --rank 4 --touch --rank-max 8 -q -o OUT/m.npz --json",
+    "precompute_points": "precompute mesh.veg --order 1 --fix x<0.1 --modes 2 --rank 4 --cubature --cubature-error 0.2 -q "
+                         "-o OUT/m.npz --json",
+    "precompute_train": "precompute mesh.veg --order 1 --fix x<0.1 --modes 2 --rank 4 --train gravity:0,0,-1 --train-time 0.02 "
+                        "--train-dt 0.005 -q -o OUT/m.npz --json",
+    "view_run": "view run --no-open -o OUT/v.html -q --json",
     "experiments": "experiments --models m.npz --loads impulse --schemes newmark --time 0.06 -q -o OUT/made --json",
     "job": "experiments --models m.npz --loads impulse --schemes newmark --time 0.06 -q -o OUT/made --json --job 1",
     "tradeoff": "tradeoff m.npz -o OUT/trade --load square:0,0,-9@all --time 0.03 --ranks 0 --integrators newmark --dts 0.003 "
@@ -295,7 +306,8 @@ def make_inputs(program, inputs):
                  "convert beam:2x1x1@2x1x1 mesh.inp",
                  "precompute beam:2x1x1@2x1x1,split=6 --order 1 --fix x<0.1 --modes 2 --rank 4 -q -o m.npz",
                  "precompute beam:2x1x1@2x1x1,split=6 --order 1 --modes 2 --rank 4 -q -o f.npz",
-                 "simulate m.npz -o run --time 0.03 --start mode:1,0.01 -q", "simulate scene.json -o scene_run -q"):
+                 "simulate m.npz -o run --time 0.03 --start mode:1,0.01 -q",
+                 "simulate m.npz -o longer_run --time 0.03 --dt 0.0015 --start mode:1,0.01 -q", "simulate scene.json -o scene_run -q"):
         done = subprocess.run([program, *line.split(" ")], cwd=inputs, capture_output=True, text=True, check=False)
         if done.returncode != 0:
             sys.exit(f"{line}: {done.stderr}")
