@@ -557,7 +557,8 @@ static void an_error_that_is_missed_is_flagged(void **state) {
 
   // with more points a force costs less than by the polynomial, and a step does not
   run = PRECOMPUTE("--cubature", "--cubature-points", "5");
-  assert_non_null(strstr(run.out, "not recommended, leave --cubature out: a force takes about 0.8"));
+  assert_non_null(
+      strstr(run.out, "not recommended, leave --cubature out: a force takes about 0.8"));
   assert_non_null(strstr(run.out, "a step gains below a half"));
   program_result_free(&run);
 }
