@@ -74,8 +74,9 @@ thrum_status model_hash_matches(const char *path, const thrum_model *model, cons
 
   // other bytes may hold the same model, made again
   const thrum_model *read = NULL;
-  if (model == NULL && thrum_model_load(path, &read, NULL) < 0)
-    return THRUM_OK;
+  const thrum_status status = model == NULL ? thrum_model_load(path, &read, error) : THRUM_OK;
+  if (status < 0)
+    return status == THRUM_OUT_OF_MEMORY ? status : THRUM_OK;
   *same = model_arrays_hash(model != NULL ? model : read) == hash->arrays;
   thrum_model_free(read);
   return THRUM_OK;
