@@ -40,7 +40,8 @@ thrum_status file_hash(const char *path, uint64_t *hash, thrum_error *error) {
   if (file != NULL)
     fclose(file);
   if (failure != 0)
-    return thrum_error_set(error, THRUM_IO, "%.300s: cannot be read: %s", path, strerror(failure));
+    return thrum_error_set(error, failure == ENOMEM ? THRUM_OUT_OF_MEMORY : THRUM_IO,
+                           "%.300s: cannot be read: %s", path, strerror(failure));
   *hash = value;
   return THRUM_OK;
 }

@@ -116,12 +116,10 @@ static thrum_status read_energies(const char *folder, recorded_run *run, thrum_e
   return status;
 }
 
-/* A file that cannot be read is no model of a run; one for which there is no memory may be, and
- * is read again by who asked. */
+/* A file that cannot be read may be the one: who asked reads it again, and says why it fails. */
 static bool has_hash(const char *path, const model_hash *hash) {
   bool same = false;
-  const thrum_status status = model_hash_matches(path, NULL, hash, &same, NULL);
-  return status == THRUM_OUT_OF_MEMORY || (status >= 0 && same);
+  return model_hash_matches(path, NULL, hash, &same, NULL) < 0 || same;
 }
 
 /* Is it there, and no folder? */
