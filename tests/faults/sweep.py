@@ -67,7 +67,8 @@ COMMANDS = {
     "compare": "compare run longer_run --json",
     "info_run": "info run --json",
     "static_full": "static mesh.veg --full --fix x<0.1 --load gravity:0,0,-1 -q --reactions OUT/r.csv --json",
-    "response": "response m.npz --mode 1 --harmonics 5 --to 6 -o OUT/curve --json",
+    "response": "response m.npz --load sine:0,0,1@tip --damping-ratio 0.05,0.05,0.05,0.05 --from 3 --to 5 --harmonics 5 -o "
+                "OUT/curve --json",
     "precompute_touch": "precompute mesh.veg --order 1 --fix x<0.1 --modes 2 --rank 4 --touch --rank-max 8 -q -o OUT/m.npz --json",
     "precompute_points": "precompute mesh.veg --order 1 --fix x<0.1 --modes 2 --rank 4 --cubature --cubature-error 0.2 -q "
                          "-o OUT/m.npz --json",
