@@ -34,7 +34,7 @@ typedef thrum_status published_problem(const published_sink *sink, thrum_error *
 published_problem published_beam, published_torsion, published_cube, published_sphere,
     published_membrane, published_elastica, published_column, published_rollup,
     published_gravity_beam, published_hardening, published_fast_slow, published_fermi,
-    published_tumble, published_spin;
+    published_tumble, published_spin, published_periodic;
 
 /* X(name, text) */
 #define VERIFY_PROBLEMS(X)                                                                         \
@@ -51,7 +51,8 @@ published_problem published_beam, published_torsion, published_cube, published_s
   X(fast_slow, "coupled fast and slow oscillators")                                                \
   X(fermi, "Fermi-Pasta-Ulam chain")                                                               \
   X(tumble, "tumbling body in the full order")                                                     \
-  X(spin, "body whose spin and shape act on each other")
+  X(spin, "body whose spin and shape act on each other")                                           \
+  X(periodic, "normal form of a beam, folds and tori of a panel")
 
 /* The problems in their order, and how many; X(name, text). */
 typedef struct published_entry {
