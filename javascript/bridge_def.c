@@ -20,8 +20,9 @@ void *EXPORT(js_def)(int32_t record) {
   return &def;
 }
 
-/* numbers: kind, width, and the places of field `index` of a record and of the count of its rows.
- * Returns 0 where there is no such field. */
+/* numbers: kind, width, and the places of field `index` of a record and of the count of its rows;
+ * its range, whether the least is not in it, and whether it is a key of scene files. Returns 0
+ * where there is no such field. */
 int32_t EXPORT(js_field)(int32_t record, int32_t index) {
   int64_t count;
   const thrum_field *fields = thrum_scene_fields((thrum_scene_record)record, &count);
@@ -31,13 +32,18 @@ int32_t EXPORT(js_field)(int32_t record, int32_t index) {
   js_number[1] = fields[index].width;
   js_number[2] = (double)fields[index].offset;
   js_number[3] = (double)fields[index].count_offset;
+  js_number[4] = fields[index].least;
+  js_number[5] = fields[index].most;
+  js_number[6] = fields[index].above;
+  js_number[7] = fields[index].key;
   return 1;
 }
 
-/* The name (0), unit (1), meaning (2) or what holds without (3) a field; NULL: nothing to say. */
+/* The name (0), the names of its choices (1) or what holds without a field (2); NULL: nothing to
+ * say. */
 const char *EXPORT(js_field_text)(int32_t record, int32_t index, int32_t which) {
   int64_t count;
   const thrum_field *field = thrum_scene_fields((thrum_scene_record)record, &count) + index;
-  const char *const texts[] = {field->name, field->unit, field->about, field->otherwise};
+  const char *const texts[] = {field->name, field->names, field->otherwise};
   return texts[which];
 }

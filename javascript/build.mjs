@@ -4,8 +4,7 @@ import { dirname, join } from 'node:path';
 import { fileURLToPath } from 'node:url';
 import { gzipSync } from 'node:zlib';
 import { compile, writeWhole } from './compile.mjs';
-import { declarationsOf } from './src/fields.js';
-import { Memory } from './src/memory.js';
+import { typesOf } from './types.mjs';
 
 const here = dirname(fileURLToPath(import.meta.url));
 const dist = join(here, 'dist');
@@ -15,16 +14,14 @@ mkdirSync(dist);
 for (const name of readdirSync(join(here, 'src'))) copyFileSync(join(here, 'src', name), join(dist, name));
 
 const wasm = join(dist, 'thrum.wasm');
-compile('javascript', wasm);
+compile('javascript', wasm, ['-DTHRUM_WITHOUT_TEXTS']);
 const bytes = readFileSync(wasm);
 writeWhole(join(dist, 'wasm.js'),
   `// The binary of the engine, made by build.mjs.\nexport const wasm = '${bytes.toString('base64')}';\n`);
 
 // options by the rows of thrum/fields.h, but for those that have types of their own
-const OWN = { body: ['touch'], obstacle: ['rotation'], link: ['kind', 'vertices'] };
-const memory = await Memory.of(bytes);
-const types = readFileSync(join(here, 'src/index.d.ts'), 'utf8')
-  .replace(/@(\w+)@/g, (_, record) => declarationsOf(memory, record, OWN[record]));
+const OWN = { BODY: ['touch'], OBSTACLE: ['rotation'], LINK: ['kind', 'vertices'] };
+const types = readFileSync(join(here, 'src/index.d.ts'), 'utf8').replace(/@(\w+)@/g, (_, record) => typesOf(record, OWN[record] ?? []));
 writeWhole(join(dist, 'index.d.ts'), types);
 copyFileSync(join(here, '..', 'LICENSE'), join(here, 'LICENSE'));
 console.log(`dist/thrum.wasm: ${bytes.length} bytes, ${gzipSync(bytes).length} in gzip`);

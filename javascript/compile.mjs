@@ -37,8 +37,8 @@ export function writeWhole(path, content) {
  * selection orders it against those. The SLP vectoriser makes such loads of numbers that change, as of
  * touch.force in solve_row of runtime/contact/contact_solve.c, whose `before` then has the force
  * after: it stays off. Loops and the kernel have such loads too, of numbers that nothing in their
- * block writes. Clang 16 and 19 are right with it on. @param {string} folder @param {string} path */
-export function compile(folder, path) {
+ * block writes. Clang 16 and 19 are right with it on. @param {string} folder @param {string} path @param {string[]} defines */
+export function compile(folder, path, defines = []) {
   const part = resolve(`${path}.part`);
   const work = mkdtempSync(join(tmpdir(), 'thrum-wasm-'));
   try {
@@ -47,7 +47,7 @@ export function compile(folder, path) {
     const among = (names) => all.filter((name) => names.some((of) => name.startsWith(join(root, of))));
     const [fast, faster] = [among(FAST_AND_SMALL), among(FAST)];
     const objects = [['-O3', faster], ['-O2', fast], ['-Oz', all.filter((name) => ![...fast, ...faster].includes(name))]]
-      .flatMap(([level, names]) => compileAll(level, names, join(work, level)));
+      .flatMap(([level, names]) => compileAll([level, ...defines], names, join(work, level)));
     run(['-mexec-model=reactor', ...objects, '-Wl,--strip-all', '-o', part], work);
   } finally {
     rmSync(work, { recursive: true, force: true });
@@ -57,11 +57,11 @@ export function compile(folder, path) {
 
 /** Compiles C files to objects in a folder of their own, one call each, which is what a cache of the compiler can
  * answer: the viewer and the package have all of the runtime in common. @returns {string[]} the objects */
-function compileAll(level, names, folder) {
+function compileAll(options, names, folder) {
   mkdirSync(folder);
   return names.map((name) => {
     const object = join(folder, basename(name).replace(/\.c$/, '.o'));
-    run([level, '-c', '-msimd128', '-fno-slp-vectorize', '-std=c11', '-ffp-contract=off', '-Wall', '-Wextra', '-Wshadow',
+    run([...options, '-c', '-msimd128', '-fno-slp-vectorize', '-std=c11', '-ffp-contract=off', '-Wall', '-Wextra', '-Wshadow',
       '-Wconversion', '-Wno-sign-conversion', '-Werror', '-I', join(root, 'include'), '-I', root, '-o', object, name], folder);
     return object;
   });

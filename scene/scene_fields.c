@@ -33,9 +33,11 @@ thrum_scene_link_def thrum_default_scene_link_def(void) {
 #define KIND_COUNT(value) .kind = THRUM_FIELD_INT64, .width = 1
 #define KIND_WHOLE(value) .kind = THRUM_FIELD_INT32, .width = 1
 #define KIND_FLAG(value) .kind = THRUM_FIELD_FLAG, .width = 1
-#define KIND_OBSTACLE_SHAPE(value) .kind = THRUM_FIELD_CHOICE, .width = 1
-#define KIND_SOLID_SHAPE(value) .kind = THRUM_FIELD_CHOICE, .width = 1
-#define KIND_LINK_KIND(value) .kind = THRUM_FIELD_CHOICE, .width = 1
+#define KIND_OBSTACLE_SHAPE(value)                                                                 \
+  .kind = THRUM_FIELD_CHOICE, .width = 1, .names = THRUM_NAMES_OBSTACLE_SHAPE
+#define KIND_SOLID_SHAPE(value)                                                                    \
+  .kind = THRUM_FIELD_CHOICE, .width = 1, .names = THRUM_NAMES_SOLID_SHAPE
+#define KIND_LINK_KIND(value) .kind = THRUM_FIELD_CHOICE, .width = 1, .names = THRUM_NAMES_LINK_KIND
 #define COUNTED(value) .count_offset = offsetof(TYPE, THRUM_FIRST value)
 #define KIND_DOUBLES(value) .kind = THRUM_FIELD_DOUBLES, .width = THRUM_SECOND value, COUNTED(value)
 #define KIND_PLACES(value) .kind = THRUM_FIELD_DOUBLES, .width = THRUM_SECOND value, COUNTED(value)
@@ -53,12 +55,16 @@ thrum_scene_link_def thrum_default_scene_link_def(void) {
 #define KEY_BOTH 1
 #define KEY_CODE 0
 
+/* Texts for readers, which what has to be small leaves out. */
+#ifdef THRUM_WITHOUT_TEXTS
+#define TEXTS(of_unit, text, words)
+#else
+#define TEXTS(of_unit, text, words) .unit = of_unit, .about = text, .otherwise = words,
+#endif
+
 #define FIELD(where, of, member, of_unit, value, without, range, text)                             \
   {.name = #member,                                                                                \
-   .unit = of_unit,                                                                                \
-   .about = text,                                                                                  \
-   .otherwise = THRUM_WORDS(of, value, without),                                                   \
-   KIND_##of(value),                                                                               \
+   TEXTS(of_unit, text, THRUM_WORDS(of, value, without)) KIND_##of(value),                         \
    RANGE_##range,                                                                                  \
    .key = KEY_##where,                                                                             \
    .offset = offsetof(TYPE, member)},

@@ -74,6 +74,25 @@ static void add_rotation(cJSON *object, const double rotation[4]) {
   json_numbers(object, "rotation", turned, 4);
 }
 
+/* The other fields of a body that scene files have, by the rows of thrum/fields.h. */
+static void add_fields(cJSON *object, const thrum_scene_body_def *def) {
+  int64_t count;
+  const thrum_field *fields = thrum_scene_fields(THRUM_SCENE_RECORD_BODY, &count);
+  for (const thrum_field *field = fields; field < fields + count; field++) {
+    const void *at = (const char *)def + field->offset;
+    if (!field->key || cJSON_HasObjectItem(object, field->name))
+      continue;
+    if (field->kind == THRUM_FIELD_FLAG)
+      cJSON_AddBoolToObject(object, field->name, *(const int32_t *)at);
+    else if (field->kind == THRUM_FIELD_INT64)
+      json_number(object, field->name, (double)*(const int64_t *)at);
+    else if (field->width > 1)
+      json_numbers(object, field->name, at, field->width);
+    else
+      json_number(object, field->name, *(const double *)at);
+  }
+}
+
 static cJSON *body_of_run(const scene_run *run, int32_t n, int64_t place) {
   const scene_body_spec *spec = run->bodies[n].spec;
   const thrum_state_def *def = &spec->settings.def;
@@ -81,28 +100,14 @@ static cJSON *body_of_run(const scene_run *run, int32_t n, int64_t place) {
   json_string(body, "name", spec->name);
   json_number(body, "model", (double)place);
 
-  json_numbers(body, "position", spec->position, 3);
-  add_rotation(body, spec->rotation);
-  json_number(body, "scale", spec->scale);
-  json_number(body, "stiffness", spec->stiffness);
-  json_number(body, "density", spec->density);
   // as it is stepped: "error" and "budget" have found the number
   const int64_t asked = run->bodies[n].request.condense;
   const int64_t masters = asked > 0 ? asked : thrum_model_masters(run->bodies[n].model);
   json_number(body, "rank", (double)(masters > 0 ? masters : run->bodies[n].model->rank));
   json_number(body, "condense", (double)masters);
+  add_rotation(body, spec->rotation);
   add_colour(body, spec->colour);
-  cJSON_AddBoolToObject(body, "free", spec->free);
-  cJSON_AddBoolToObject(body, "collide", run->spec.collide && spec->collide);
-  cJSON_AddBoolToObject(body, "self_contact", spec->self_contact);
-  cJSON_AddBoolToObject(body, "coupled", run->bodies[n].def.coupled);
-  json_numbers(body, "velocity", spec->velocity, 3);
-
-  // the scene file has degrees
-  double spin[3];
-  for (int axis = 0; axis < 3; axis++)
-    spin[axis] = SCENE_DEGREE * spec->spin[axis];
-  json_numbers(body, "spin", spin, 3);
+  add_fields(body, &run->bodies[n].def);
   cJSON_AddStringToObject(body, "integrator", thrum_integrator_name(def->integrator));
   json_number(body, "damping", def->damping_alpha);
   view_archive_add_loads(body, run, n);

@@ -75,8 +75,7 @@
 
 /* Of thrum_obstacle: planes, spheres, boxes and rooms, which vertices of bodies touch. */
 #define THRUM_OBSTACLE_FIELDS(ROW)                                                                 \
-  ROW(CODE, OBSTACLE_SHAPE, shape, NULL, THRUM_OBSTACLE_PLANE, SAY("plane"), ANY,                  \
-      "plane sphere box")                                                                          \
+  ROW(CODE, OBSTACLE_SHAPE, shape, NULL, THRUM_OBSTACLE_PLANE, SAY("plane"), ANY, "what it is")    \
   ROW(BOTH, VECTOR, centre, "m", (0, 0, 0), ITSELF, ANY,                                           \
       "its middle, of a mesh its origin; a point of a plane")                                      \
   ROW(BOTH, VECTOR, normal, NULL, (0, 0, 1), ITSELF, ANY,                                          \
@@ -96,8 +95,7 @@
 
 /* Of thrum_scene_solid_def: obstacles that are touched by their faces, edges and corners. */
 #define THRUM_SOLID_FIELDS(ROW)                                                                    \
-  ROW(CODE, SOLID_SHAPE, shape, NULL, THRUM_SOLID_BOX, SAY("box"), ANY,                            \
-      "mesh box cylinder capsule height_field")                                                    \
+  ROW(CODE, SOLID_SHAPE, shape, NULL, THRUM_SOLID_BOX, SAY("box"), ANY, "what it is")              \
   ROW(CODE, VECTOR, half, "m", (0.5, 0.5, 0.5), ITSELF, ABOVE_0,                                   \
       "of a box: half of its three sides")                                                         \
   ROW(CODE, NUMBER, radius, "m", 0.5, ITSELF, ABOVE_0, "of a cylinder or capsule")                 \
@@ -127,7 +125,8 @@
 
 /* Of thrum_scene_link_def. */
 #define THRUM_LINK_FIELDS(ROW)                                                                     \
-  ROW(CODE, LINK_KIND, kind, NULL, THRUM_LINK_BALL, SAY("ball"), ANY, "spring ball hinge weld")    \
+  ROW(CODE, LINK_KIND, kind, NULL, THRUM_LINK_BALL, SAY("ball"), ANY,                              \
+      "a joint keeps two places together, a hinge also an axis, a weld all directions")            \
   ROW(CODE, INTS, vertices, NULL, (count, 1), SAY("all, or those near the place"), ANY,            \
       "vertices of the body whose mean is the place")                                              \
   ROW(BOTH, VECTOR, place, "m", (NAN, NAN, NAN), SAY("the mean of its vertices"), ANY,             \
@@ -182,8 +181,7 @@
 #define THRUM_MEMBER_COUNT(name, value) int64_t name;
 #define THRUM_MEMBER_WHOLE(name, value) int32_t name;
 #define THRUM_MEMBER_FLAG(name, value) int32_t name; /* 0 or 1 */
-#define THRUM_MEMBER_OBSTACLE_SHAPE(name, value)                                                   \
-  thrum_obstacle_shape name; /* `about` lists the names */
+#define THRUM_MEMBER_OBSTACLE_SHAPE(name, value) thrum_obstacle_shape name;
 #define THRUM_MEMBER_SOLID_SHAPE(name, value) thrum_solid_shape name;
 #define THRUM_MEMBER_LINK_KIND(name, value) thrum_link_kind name;
 #define THRUM_MEMBER_DOUBLES(name, value)                                                          \
@@ -196,6 +194,11 @@
 #define THRUM_MEMBER_INTS(name, value)                                                             \
   const int32_t *name;                                                                             \
   int64_t THRUM_FIRST value;
+
+/* The names of the choices, from 0 on. */
+#define THRUM_NAMES_OBSTACLE_SHAPE "plane sphere box"
+#define THRUM_NAMES_SOLID_SHAPE "mesh box cylinder capsule height_field"
+#define THRUM_NAMES_LINK_KIND "spring ball hinge weld"
 
 /* Their defaults, as designated initialisers of C. */
 #define THRUM_VALUE(where, kind, name, unit, value, otherwise, range, about)                       \

@@ -696,7 +696,7 @@ typedef enum thrum_field_kind {
   THRUM_FIELD_INT64 = 2,
   THRUM_FIELD_INT32 = 3,
   THRUM_FIELD_FLAG = 4,    /* int32_t, 0 or 1 */
-  THRUM_FIELD_CHOICE = 5,  /* an enum; `about` has the names from 0 on, with blanks between */
+  THRUM_FIELD_CHOICE = 5,  /* an enum: see `names` */
   THRUM_FIELD_DOUBLES = 6, /* const double *: rows of width numbers, counted at count_offset */
   THRUM_FIELD_INTS = 7,    /* const int32_t *: the same */
   THRUM_FIELD_GRID = 8 /* const double *: rows x columns, counted at count_offset and behind it */
@@ -707,6 +707,7 @@ typedef struct thrum_field {
   const char *name, *about;
   const char *unit;      /* NULL: none */
   const char *otherwise; /* NULL: nothing to say */
+  const char *names;     /* of a choice, from 0 on, with blanks between; NULL: it is none */
   thrum_field_kind kind;
   int32_t width;       /* numbers of a member, or of a row of an array */
   double least, most;  /* range of each number; -INFINITY and INFINITY where it has no end */

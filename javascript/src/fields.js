@@ -15,13 +15,14 @@ export function fieldsOf(memory, record) {
   const number = RECORDS.indexOf(record);
   const fields = [];
   while (memory.calls.js_field(number, fields.length)) {
-    const [kind, width, offset, countOffset] = memory.numbers;
+    const [kind, width, offset, countOffset, least, most, above, key] = memory.numbers;
     const text = (which) => {
       const at = memory.calls.js_field_text(number, fields.length, which);
       return at === 0 ? undefined : memory.text(at);
     };
-    const [name, unit, about, otherwise] = [0, 1, 2, 3].map(text);
-    fields.push({ name, option: camel(name), kind: KINDS[kind], width, offset, countOffset, unit, about, otherwise });
+    const [name, names, otherwise] = [0, 1, 2].map(text);
+    fields.push({ name, option: camel(name), kind: KINDS[kind], width, offset, countOffset, least, most,
+      above: above === 1, key: key === 1, names: names?.split(' '), otherwise });
   }
   return fields;
 }
@@ -93,7 +94,7 @@ export function withDef(memory, record, options, call, vertexCount = 2 ** 31) {
 
 /** Writes a member that is no array. */
 function setMember(view, field, value) {
-  const { option, kind, offset, about } = field;
+  const { option, kind, offset, names } = field;
   const whole = () => {
     if (!Number.isSafeInteger(value)) throw new ThrumError(`${option}: ${String(value)} is no whole number`, -1);
     return value;
@@ -104,20 +105,7 @@ function setMember(view, field, value) {
   else if (kind === 'int32') view.setInt32(offset, whole(), true);
   else if (kind === 'flag') view.setInt32(offset, value ? 1 : 0, true);
   else {
-    const names = about.split(' ');
     if (!names.includes(value)) throw new ThrumError(`${option}: '${String(value)}' is none of ${names.join(', ')}`, -1);
     view.setInt32(offset, names.indexOf(value), true);
   }
-}
-
-/** The options of a record as members of an interface of TypeScript. @param {string[]} own those that have types of their own */
-export function declarationsOf(memory, record, own = []) {
-  const type = ({ kind, width, about }) => ({ flag: 'boolean', choice: about.split(' ').map((name) => `'${name}'`).join(' | '),
-    doubles: 'ArrayLike<number>', ints: 'Iterable<number>', grid: 'ArrayLike<ArrayLike<number>>' }[kind]
-    ?? (width > 1 ? 'ArrayLike<number>' : 'number'));
-  return fieldsOf(memory, record).filter(({ option }) => !own.includes(option)).map((field) => {
-    const { option, kind, unit, about, otherwise } = field;
-    const told = [kind === 'choice' ? undefined : about + (unit ? ` [${unit}]` : ''), otherwise && `default ${otherwise}`].filter(Boolean).join('; ');
-    return `  /** ${told}. */\n  ${option}?: ${type(field)};`;
-  }).join('\n');
 }

@@ -215,12 +215,12 @@ export interface BodyOptions {
   dampingBeta?: number;
   /** Vertices that may touch obstacles; 'all': those of the triangles. */
   touch?: Iterable<number> | 'all';
-@body@
+@BODY@
 }
 
 /** Contact between the bodies of a scene. */
 export interface CollisionOptions {
-@pairs@
+@PAIRS@
 }
 
 /** With how few coordinates a body is stepped while it is far or still. */
@@ -239,12 +239,12 @@ export interface DetailOptions {
 export interface ObstacleOptions {
   /** Of a box: a quaternion w, x, y, z. */
   rotation?: ArrayLike<number>;
-@obstacle@
+@OBSTACLE@
 }
 
 /** An obstacle that bodies with triangles touch by its faces. */
 export interface SolidOptions {
-@solid@
+@SOLID@
 }
 
 export type LoadOptions = Place & {
@@ -267,7 +267,7 @@ export interface LinkOptions extends Place {
   /** Default the world. */
   other?: Body;
   otherGroup?: string;
-@link@
+@LINK@
 }
 
 /** Placed bodies in one world. */

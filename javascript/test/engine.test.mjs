@@ -217,6 +217,42 @@ test('contact, loads and pulls in a scene', () => {
   assert.ok(Number.isFinite(body.energies.total));
 });
 
+test('solids of all shapes hold a body up', () => {
+  const corners = [-0.1, 0].flatMap((z) => [-1, 1].flatMap((y) => [-1, 1].flatMap((x) => [x, y, z])));
+  const faces = [0, 2, 1, 1, 2, 3, 4, 5, 6, 5, 7, 6, 0, 1, 4, 1, 5, 4, 2, 6, 3, 3, 6, 7, 0, 4, 2, 2, 4, 6, 1, 3, 5, 3, 7, 5];
+  const solids = [{ shape: 'box', half: [1, 1, 0.1], position: [0, 0, -0.1] }, { shape: 'cylinder', radius: 1, height: 0.2, position: [0, 0, -0.1] },
+    { shape: 'capsule', radius: 0.5, height: 1, position: [0, 0, -1] }, { shape: 'height_field', heights: [[0, 0, 0], [0, 0, 0]], spacing: [2, 2] },
+    { shape: 'mesh', vertices: corners, triangles: faces }];
+  for (const solid of solids) {
+    const scene = engine.scene({ dt: 0.002, gravity: [0, 0, -9.81] });
+    assert.equal(scene.addSolid(solid), 0);
+    const body = scene.addBody(block, { free: true, triangles: block.outerTriangles(), position: [0, 0, 0.11] });
+    scene.step(150);
+    assert.ok(body.matrix[14] > 0.05, solid.shape);
+  }
+});
+
+test('what is wrong with a field is said by its name', () => {
+  const scene = engine.scene();
+  for (const [wrong, call] of [[{ scale: -1 }, (options) => scene.addBody(block, options)], [{ segments: 2 }, (options) => scene.addSolid(options)],
+    [{ restitution: 1.5 }, (options) => scene.setCollisions(options)], [{ friction: -1 }, (options) => scene.addObstacle(options)]]) {
+    const [name] = Object.keys(wrong);
+    assert.throws(() => call(wrong), new RegExp(`^ThrumError: ${name} is `), name);
+    assert.throws(() => call({ [`${name}s`]: 1 }), new RegExp(`no option '${name}s'`));
+  }
+});
+
+test('a ramp pushes half as much as its end', () => {
+  const pushed = (load) => {
+    const scene = engine.scene({ dt: 0.001 });
+    const body = scene.addBody(block, { free: true });
+    body.addLoad({ force: [0, 0, 10], until: 1, ...load });
+    scene.step(1000);
+    return scene.account.momentum[2];
+  };
+  assert.ok(Math.abs(pushed({ ramp: true }) / pushed({}) - 0.5) < 1e-3);
+});
+
 test('bodies touch each other, and keep their momentum', () => {
   const scene = engine.scene({ dt: 0.002 });
   const triangles = block.outerTriangles();

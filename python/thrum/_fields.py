@@ -69,7 +69,7 @@ class Def:
             for n, number in enumerate(numbers.tolist()):
                 place[n] = number
         elif field.kind == lib.THRUM_FIELD_CHOICE:
-            names = _text(field.about).split()
+            names = _text(field.names).split()
             if value not in names:
                 raise ValueError(f"{name}: {value!r} is none of {', '.join(names)}")
             place[0] = names.index(value)
@@ -103,7 +103,7 @@ class Def:
         field = self._field(name)
         place = self._place(field.offset, _MEMBERS[field.kind])
         if field.kind == lib.THRUM_FIELD_CHOICE:
-            return _text(field.about).split()[place[0]]
+            return _text(field.names).split()[place[0]]
         if field.kind == lib.THRUM_FIELD_FLAG:
             return bool(place[0])
         return place[0] if field.width == 1 else tuple(place[0:field.width])

@@ -1,6 +1,8 @@
 """Scenes from Python. SPDX-License-Identifier: Apache-2.0"""
 import gc
+import json
 import math
+import subprocess
 import unittest
 import weakref
 
@@ -8,6 +10,8 @@ import numpy as np
 from support import beam, block
 
 import thrum
+from thrum import _fields, _keywords
+from thrum._native import lib
 
 
 def shown_by(thing):
@@ -48,6 +52,64 @@ class Objects(unittest.TestCase):
         for thing in things:
             self.assertNotRegex(repr(thing), " at 0x|array\\(|\n")
             self.assertLess(len(repr(thing)), 900)
+
+
+class Fields(unittest.TestCase):
+    def test_rows_are_the_keywords_and_the_keys_of_scene_files(self):
+        """Names, defaults and ranges of thrum/fields.h, as C, scene files and the keywords have them."""
+        schema = json.loads(subprocess.run([thrum.program(), "schema", "scene"], check=True, capture_output=True, text=True).stdout)
+        keys = schema["properties"]
+        obstacles = keys["obstacles"]["items"]
+        parts = {"body": keys["bodies"]["items"], "obstacle": obstacles, "solid": obstacles, "link": keys["links"]["items"],
+                 "contact between bodies": keys["collisions"]}
+        words = {"body": _keywords.BodyOptions, "obstacle": _keywords.ObstacleOptions, "solid": _keywords.SolidOptions,
+                 "link": _keywords.LinkOptions, "contact between bodies": _keywords.PairsOptions}
+        own = {"body": {"touch"}, "link": {"kind"}}
+        checked = 0
+        for record, fields in _fields._FIELDS.items():
+            self.assertEqual(set(words[record].__annotations__), set(fields) - own.get(record, set()))
+            made = _fields.Def(record)
+            for name, field in fields.items():
+                if not field.key:
+                    continue
+                key = parts[record]["properties"][name]
+                if "default" in key and field.kind != lib.THRUM_FIELD_FLOAT:
+                    found = made.get(name)
+                    self.assertEqual(list(found) if isinstance(found, tuple) else found, key["default"], (record, name))
+                    checked += 1
+                least = key.get("exclusiveMinimum", key.get("minimum"))
+                if least is not None:
+                    self.assertEqual((least, "exclusiveMinimum" in key), (field.least, bool(field.above)), (record, name))
+                self.assertEqual(key.get("maximum", math.inf), field.most if key.get("type") in ("number", "integer") else math.inf)
+        self.assertGreater(checked, 20)
+
+    def test_an_option_that_is_wrong_is_refused_by_its_name(self):
+        with thrum.Scene() as scene:
+            for call, wrong in ((lambda **options: scene.add_body(block(), **options), {"scale": -1.0}),
+                                (lambda **options: scene.add_body(block(), **options), {"velocity": (0, math.inf, 0)}),
+                                (scene.add_solid, {"segments": 2}), (scene.set_collisions, {"restitution": 1.5}),
+                                (lambda **options: scene.add_obstacle(thrum.Obstacle(**options)), {"friction": -1.0})):
+                with self.subTest(wrong), self.assertRaisesRegex(thrum.BadValue, f"^{list(wrong)[0]} is "):
+                    call(**wrong)
+            self.assertEqual(scene.bodies, [])
+
+    def test_solids_of_all_shapes_are_touched(self):
+        """A block that falls on each shape is held up by it."""
+        corners = [(x, y, z) for z in (-0.1, 0) for y in (-1, 1) for x in (-1, 1)]
+        faces = [(0, 2, 1), (1, 2, 3), (4, 5, 6), (5, 7, 6), (0, 1, 4), (1, 5, 4), (2, 6, 3), (3, 6, 7), (0, 4, 2), (2, 4, 6),
+                 (1, 3, 5), (3, 7, 5)]
+        shapes = ({"shape": "box", "half": (1, 1, 0.1), "position": (0, 0, -0.1)},
+                  {"shape": "cylinder", "radius": 1.0, "height": 0.2, "position": (0, 0, -0.1)},
+                  {"shape": "capsule", "radius": 0.5, "height": 1.0, "position": (0, 0, -1.0)},
+                  {"shape": "height_field", "heights": np.zeros((3, 4)), "spacing": (1.0, 1.0)},
+                  {"shape": "mesh", "vertices": corners, "triangles": faces})
+        model = block()
+        for solid in shapes:
+            with self.subTest(solid["shape"]), thrum.Scene(dt=0.002, gravity=(0, 0, -9.81)) as scene:
+                self.assertEqual(scene.add_solid(**solid), 0)
+                body = scene.add_body(model, free=True, triangles=model.outer_triangles(), position=(0, 0, 0.11))
+                scene.step(150)
+                self.assertGreater(body.matrix[2, 3], 0.05)
 
 
 class Scenes(unittest.TestCase):

@@ -2,8 +2,9 @@
 // links and coupled bodies take of whole meshes is taken from those files here. A scene that is wrong is refused as the
 // program refuses it, and one that says what the page does not read (scene_keys.js) with the command that shows it.
 // SPDX-License-Identifier: Apache-2.0
+import { pick } from '../../javascript/src/fields.js';
 import { readModelFile } from './model_file.js';
-import { checkScene, nameOf, withFallbacks } from './scene_keys.js';
+import { checkScene, keysOf, nameOf, withFallbacks } from './scene_keys.js';
 import { colourOf, obstacleOf, quaternionOf } from './scene_obstacle.js';
 import { baseMotionOf, startOf } from './scene_texts.js';
 
@@ -68,27 +69,30 @@ function couples({ free, spin, stiffness, density, scale, error, budget, condens
     && DEGREE * Math.hypot(...spin) >= TURNS * lowest;
 }
 
-function bodyOf(given, n, models, of, scene, collide, whole) {
+/** A body as `thrum view` packs it. @param {import('./engine.js').Engine} engine */
+function bodyOf(engine, given, n, models, of, scene, collide, whole) {
   const model = models[of[n]];
   const { rank, masters } = model;
   const at = `bodies[${n}]`;
   if (masters && given.rank !== undefined && given.rank !== rank)
     throw new Error(`${at}.rank: coordinates of ${given.model} follow others and cannot be left out; ` +
       `give "condense" of 1 to ${masters}`);
-  const body = withFallbacks(given, 'bodies');
-  const { position, scale, stiffness, density, condense = 0, free, velocity } = body;
+  const body = withFallbacks(keysOf(engine.memory), given, 'bodies');
   const coupled = given.coupled ?? couples(body, model, given.integrator ?? scene.integrator, whole);
   const starts = textsOf(body.start);
-  return { name: nameOf(given, n), model: of[n], position, rotation: quaternionOf(body.rotation), scale, stiffness, density,
-    rank: given.condense ?? given.rank ?? rank, condense, colour: colourOf(body.colour), free, coupled,
-    collide: collide && body.collide, self_contact: body.self_contact, velocity, spin: body.spin.map((x) => DEGREE * x),
+
+  // the rows of the library, some of which a scene file has in its own way
+  return { ...pick(engine.memory, 'body', body), name: nameOf(given, n), model: of[n], rotation: quaternionOf(body.rotation),
+    rank: given.condense ?? given.rank ?? rank, condense: body.condense ?? 0, colour: colourOf(body.colour), coupled,
+    collide: collide && body.collide, spin: body.spin.map((x) => DEGREE * x),
     integrator: given.integrator ?? scene.integrator, damping: alphaOf(given.damping ?? scene.damping), loads: [],
     ...(starts.length > 0 && startsOf(starts, model, body, at)) };
 }
 
 /** The scene of the file, but for its obstacles and links. */
-function sceneOf(file, models, of, found) {
-  const { bodies, ...given } = withFallbacks(file, 'scene');
+function sceneOf(engine, file, models, of, found) {
+  const keys = keysOf(engine.memory);
+  const { bodies, ...given } = withFallbacks(keys, file, 'scene');
   const { title, gravity, dt, integrator } = given;
   const collide = file.collide ?? bodies.some(({ free }) => free);
   const base_motion = textsOf(given.base_motion).map((text) => {
@@ -97,11 +101,11 @@ function sceneOf(file, models, of, found) {
     return motion;
   });
   const scene = { title, dt, own_dt: true, integrator, gravity, damping: alphaOf(given.damping), base_motion, obstacles: [] };
-  scene.bodies = bodies.map((body, n) => bodyOf(body, n, models, of, scene, collide, found[of[n]] !== undefined));
-  if (file.wind) scene.wind = withFallbacks(file.wind, 'wind');
+  scene.bodies = bodies.map((body, n) => bodyOf(engine, body, n, models, of, scene, collide, found[of[n]] !== undefined));
+  if (file.wind) scene.wind = withFallbacks(keys, file.wind, 'wind');
   if ((collide && bodies.length > 1) || bodies.some((body) => body.self_contact)) {
     const first = Math.min(bodies.length, ROOM.first);
-    scene.collisions = { thickness: 0, ...withFallbacks(file.collisions ?? {}, 'collisions'),
+    scene.collisions = { thickness: 0, ...withFallbacks(keys, file.collisions ?? {}, 'collisions'),
       touches: ROOM.each * first + ROOM.beyond * (bodies.length - first) };
   }
   return scene;
@@ -128,7 +132,7 @@ function linksOf(given, scene, files, whole) {
     return n;
   };
   return given.map((link) => {
-    const { kind, path = [], until, stiffness, damping, name, axis } = withFallbacks(link, 'links');
+    const { kind, path = [], until, stiffness, damping, name, axis } = withFallbacks(keysOf(whole.memory), link, 'links');
     const body = bodyNumber(link.body);
     const other = link.other === undefined ? undefined : bodyNumber(link.other);
     const made = whole.weighLink({ kind, body, other, vertices: targetOf(link.at, scene.bodies[body], whole),
@@ -153,10 +157,10 @@ function targetOf(at, { model }, whole) {
 export async function packOfScene({ name, bytes }, files, shown, engine) {
   try {
     const file = JSON.parse(new TextDecoder().decode(bytes));
-    const [unread] = checkScene(file);
+    const [unread] = checkScene(keysOf(engine.memory), file);
     const { models, files: found, of } = findModels(file.bodies, files, shown.models, engine);
     if (unread) throw new BeyondPage(`${unread}: this page does not read it`);
-    const scene = sceneOf(file, models, of, found);
+    const scene = sceneOf(engine, file, models, of, found);
 
     // what links and coupled bodies need is made in an engine that has the whole meshes
     const whole = await engine.another();

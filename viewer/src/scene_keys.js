@@ -1,11 +1,15 @@
-// The keys of a scene file: what the page reads of them, what holds without them, and the lines that refuse them. A test compares
-// this table with the one that the program reads scene files by. SPDX-License-Identifier: Apache-2.0
+// The keys of a scene file: what the page reads of them, what holds without them, and the lines that refuse them. Those of bodies,
+// obstacles and links that the library has are its rows (thrum/fields.h); a test compares all of them with what the program reads.
+// SPDX-License-Identifier: Apache-2.0
+import { fieldsOf } from '../../javascript/src/fields.js';
 import { INTEGRATORS, LINKS } from './engine.js';
 
 const isNumber = (value) => typeof value === 'number' && Number.isFinite(value);
 const isVector = (length, is = isNumber) => (value) => Array.isArray(value) && value.length === length && value.every(is);
 const isAny = (names) => (value) => names.includes(value);
 const isObject = (value) => typeof value === 'object' && value !== null && !Array.isArray(value);
+
+const UPRIGHT = [1, 0, 0, 0];
 
 /** Kinds of values: what is one, and how it is called. */
 const number = { fits: isNumber, wants: 'a number' };
@@ -58,62 +62,90 @@ export const SHAPES = {
 };
 const OF_ONE_SHAPE = [...new Set(Object.values(SHAPES).flatMap(({ needs, takes }) => [...needs, ...takes]))];
 
-/** All keys, by where they stand. */
-export const KEYS = {
+/** The value that words are, as of what holds without a key: `[0, 0, 0]`; undefined: they explain. */
+function valueOf(words) {
+  try {
+    return JSON.parse(words);
+  } catch {
+    return undefined;
+  }
+}
+
+/** The kind of a row of the library. */
+function kindOf({ kind, width, least, most, above: over }) {
+  if (kind === 'flag') return flag;
+  if (kind === 'float') return colour;
+  if (kind === 'int64') return count;
+  if (width === 4) return rotation;
+  if (width === 3) return vector;
+  if (most === 1) return share;
+  if (least === 0) return over ? above : positive;
+  return number;
+}
+
+/** The rows of a record that are keys. @param {import('../../javascript/src/memory.js').Memory} memory */
+const rowsOf = (memory, record) => Object.fromEntries(fieldsOf(memory, record).filter(({ key }) => key)
+  .map((field) => [field.name, may(kindOf(field), field.width === 4 ? UPRIGHT : valueOf(field.otherwise))]));
+
+const found = new WeakMap();
+
+/** All keys, by where they stand. @param {import('../../javascript/src/memory.js').Memory} memory of an engine */
+export function keysOf(memory) {
+  if (!found.has(memory)) found.set(memory, makeKeys(memory));
+  return found.get(memory);
+}
+
+const makeKeys = (memory) => ({
   scene: { bodies: must(list), title: may(text), dt: may(above, 0.003), gravity: may(vector, [0, 0, 0]), base_motion: may(texts, []),
     wind: may(object), collide: may(flag), collisions: may(object), obstacles: may(list), links: may(list),
     integrator: may(integrator, 'energy'), damping: may(damping, 0), eye: left, eye_velocity: left, ...solver,
     // of the program's runs and of editors, for which the page has no use
     time: may(anything), probes: may(anything), outputs: may(anything), $schema: may(anything) },
-  bodies: { name: may(text), model: must(text), position: may(vector, [0, 0, 0]), rotation: may(rotation, [1, 0, 0, 0]),
-    scale: may(above, 1), stiffness: may(above, 1), density: may(above, 1), rank: may(count), condense: may(count),
-    colour: may(colour, '#bfbfbf'), free: may(flag, false), velocity: may(vector, [0, 0, 0]), spin: may(vector, [0, 0, 0]),
-    coupled: may(flag), start: may(texts, []), collide: may(flag, true), self_contact: may(flag, false), integrator: may(integrator), damping: may(damping),
+  bodies: { ...rowsOf(memory, 'body'), name: may(text), model: must(text), start: may(texts, []), integrator: may(integrator),
+    damping: may(damping),
     // the page steps all coordinates where these would have a body step fewer
     error: may(anything), budget: may(anything),
-    fix: left, order: left, surface: left, material: left, detail: left, loads: left, touch: left, touch_stiffness: left, ...solver },
-  obstacles: { name: may(text), shape: must(names(Object.keys(SHAPES))), centre: may(vector, [0, 0, 0]), normal: may(vector, [0, 0, 1]),
-    radius: may(above), height: may(positive), size: may(sides), file: left, scale: may(above, 1), heights: may(rows), spacing: may(above),
-    rotation: may(rotation, [1, 0, 0, 0]), inside: may(flag, false), velocity: may(vector, [0, 0, 0]), path: may(list),
-    friction: may(positive, 0.5), restitution: may(share, 0.5), stiffness: may(above), damping: may(positive, 0),
-    colour: may(colour, '#808080') },
-  'obstacles.path': { time: must(number), centre: must(vector), rotation: may(rotation, [1, 0, 0, 0]) },
-  links: { name: may(text), kind: must(names(Object.keys(LINKS))), body: must(text), at: may(text), place: may(vector), other: may(text),
-    other_at: may(text), other_place: may(vector), axis: may(vector, [0, 0, 1]), stiffness: may(positive, 0), damping: may(positive, 0),
-    length: may(positive), path: may(list), file: left, until: may(positive) },
+    fix: left, order: left, surface: left, material: left, detail: left, loads: left, touch: left, ...solver },
+  obstacles: { ...rowsOf(memory, 'obstacle'), name: may(text), shape: must(names(Object.keys(SHAPES))), height: may(positive),
+    size: may(sides), file: left, scale: may(above, 1), heights: may(rows), spacing: may(above), rotation: may(rotation, UPRIGHT),
+    path: may(list), colour: may(colour, '#808080') },
+  'obstacles.path': { time: must(number), centre: must(vector), rotation: may(rotation, UPRIGHT) },
+  links: { ...rowsOf(memory, 'link'), name: may(text), kind: must(names(Object.keys(LINKS))), body: must(text), at: may(text),
+    other: may(text), other_at: may(text), path: may(list), file: left },
   'links.path': { time: must(number), place: must(vector) },
   wind: { velocity: must(vector), density: may(above, 1.2), drag: may(positive, 1) },
-  collisions: { thickness: may(above), friction: may(positive, 0.5), restitution: may(share, 0.5) },
-};
+  collisions: rowsOf(memory, 'pairs'),
+});
 
-/** What holds of an object whose keys were checked: its own values, and what they have without. @param {keyof KEYS} where */
-export function withFallbacks(given, where) {
-  const fallbacks = Object.entries(KEYS[where]).filter(([, { fallback }]) => fallback !== undefined);
+/** What holds of an object whose keys were checked: its own values, and what they have without. @param {object} keys of keysOf
+ * @param {string} where */
+export function withFallbacks(keys, given, where) {
+  const fallbacks = Object.entries(keys[where]).filter(([, { fallback }]) => fallback !== undefined);
   return { ...Object.fromEntries(fallbacks.map(([key, { fallback }]) => [key, fallback])), ...given };
 }
 
 const TOLD = 60; // letters of a value that a line shows
 const told = (value) => JSON.stringify(value).replace(new RegExp(`^(.{${TOLD}}).+`), '$1...');
 
-/** Refuses what is no such object. @param {keyof KEYS} where @param {string} at how messages call it, as those of the program
+/** Refuses what is no such object. @param {object} keys of keysOf @param {string} where @param {string} at how messages call it, as those of the program
  * do: obstacles[0] @param {string[]} left gets the keys that the page does not read */
-function checkKeys(given, where, at, left) {
+function checkKeys(keys, given, where, at, left) {
   const of = (key) => (at === '' ? key : `${at}.${key}`);
   if (!isObject(given)) throw new Error(`${at || 'a scene'} wants an object with its keys in { }`);
   for (const [key, value] of Object.entries(given)) {
-    if (!Object.hasOwn(KEYS[where], key)) throw new Error(`${at || 'the file'} has no key "${key}"`);
-    const { is, unread } = KEYS[where][key];
+    if (!Object.hasOwn(keys[where], key)) throw new Error(`${at || 'the file'} has no key "${key}"`);
+    const { is, unread } = keys[where][key];
     if (unread) left.push(of(key));
     else if (!is.fits(value)) throw new Error(`${of(key)}: wants ${is.wants}, not ${told(value)}`);
   }
-  const missing = Object.keys(KEYS[where]).find((key) => KEYS[where][key].needed && given[key] === undefined);
+  const missing = Object.keys(keys[where]).find((key) => keys[where][key].needed && given[key] === undefined);
   if (missing) throw new Error(`${at && `${at}: `}the key "${missing}" is missing`);
 }
 
 /** Places over time come one after the other. */
-function checkPath(path, where, at, left) {
+function checkPath(keys, path, where, at, left) {
   path.forEach((point, n) => {
-    checkKeys(point, where, `${at}.path[${n}]`, left);
+    checkKeys(keys, point, where, `${at}.path[${n}]`, left);
     if (n > 0 && !(point.time > path[n - 1].time))
       throw new Error(`${at}.path[${n}].time: must be after the ${path[n - 1].time} s before it`);
   });
@@ -127,8 +159,8 @@ function shapesOf(key) {
   return of.join(', ').replace(/, ([^,]*)$/, ' or $1');
 }
 
-function checkObstacle(given, at, left) {
-  checkKeys(given, 'obstacles', at, left);
+function checkObstacle(keys, given, at, left) {
+  checkKeys(keys, given, 'obstacles', at, left);
   const { needs, takes } = SHAPES[given.shape];
   const missing = needs.find((key) => given[key] === undefined);
   if (missing) throw new Error(`${at}: a ${given.shape} needs "${missing}"`);
@@ -139,11 +171,11 @@ function checkObstacle(given, at, left) {
   if (given.normal && !hasLength(given.normal)) throw new Error(`${at}.normal: has no length`);
   if (given.shape === 'cylinder' && !(given.height > 0)) throw new Error(`${at}.height: a cylinder needs a height above 0 m`);
   if (given.path && given.velocity) throw new Error(`${at}.velocity: is there already by the path`);
-  checkPath(given.path ?? [], 'obstacles.path', at, left);
+  checkPath(keys, given.path ?? [], 'obstacles.path', at, left);
 }
 
-function checkBody(given, at, left) {
-  checkKeys(given, 'bodies', at, left);
+function checkBody(keys, given, at, left) {
+  checkKeys(keys, given, 'bodies', at, left);
   const ofFree = ['velocity', 'spin', 'coupled'].find((key) => !given.free && given[key] !== undefined);
   if (ofFree) throw new Error(`${at}.${ofFree}: is of a body that is free`);
 }
@@ -157,8 +189,8 @@ const OF_LINKS = [...['stiffness', 'damping', 'length', 'other_place'].map((key)
   ['path', ofWorld, 'a link with the world']];
 
 /** Links tie bodies that are there. @param {string[]} bodies their names */
-function checkLink(given, at, left, bodies) {
-  checkKeys(given, 'links', at, left);
+function checkLink(keys, given, at, left, bodies) {
+  checkKeys(keys, given, 'links', at, left);
   for (const key of ['body', 'other'])
     if (given[key] !== undefined && !bodies.includes(given[key])) throw new Error(`${at}.${key}: there is no body "${given[key]}"`);
   if (given.other === given.body) throw new Error(`${at}.other: is the same body; leave it out for the world`);
@@ -167,23 +199,23 @@ function checkLink(given, at, left, bodies) {
   if (wrong) throw new Error(`${at}.${wrong[0]}: is of ${wrong[2]}`);
   if (given.axis && !hasLength(given.axis)) throw new Error(`${at}.axis: has no length`);
   if (given.kind === 'spring' && !given.stiffness && !given.damping) throw new Error(`${at}: a spring needs "stiffness" or "damping"`);
-  checkPath(given.path ?? [], 'links.path', at, left);
+  checkPath(keys, given.path ?? [], 'links.path', at, left);
 }
 
 /** The name of a body. */
 export const nameOf = ({ name }, n) => name ?? `body${n + 1}`;
 
-/** Refuses a scene file that is wrong. @returns {string[]} the keys in it that the page does not read */
-export function checkScene(file) {
+/** Refuses a scene file that is wrong. @param {object} keys of keysOf @returns {string[]} the keys in it that the page does not read */
+export function checkScene(keys, file) {
   const left = [];
-  checkKeys(file, 'scene', '', left);
+  checkKeys(keys, file, 'scene', '', left);
   if (file.bodies.length === 0) throw new Error('bodies: a scene needs a body');
-  file.bodies.forEach((body, n) => checkBody(body, `bodies[${n}]`, left));
+  file.bodies.forEach((body, n) => checkBody(keys, body, `bodies[${n}]`, left));
   const bodies = file.bodies.map(nameOf);
   const twice = bodies.findIndex((name, n) => bodies.indexOf(name) < n);
   if (twice >= 0) throw new Error(`bodies[${twice}].name: "${bodies[twice]}" is there twice`);
-  for (const where of ['wind', 'collisions']) if (file[where]) checkKeys(file[where], where, where, left);
-  (file.obstacles ?? []).forEach((obstacle, n) => checkObstacle(obstacle, `obstacles[${n}]`, left));
-  (file.links ?? []).forEach((link, n) => checkLink(link, `links[${n}]`, left, bodies));
+  for (const where of ['wind', 'collisions']) if (file[where]) checkKeys(keys, file[where], where, where, left);
+  (file.obstacles ?? []).forEach((obstacle, n) => checkObstacle(keys, obstacle, `obstacles[${n}]`, left));
+  (file.links ?? []).forEach((link, n) => checkLink(keys, link, `links[${n}]`, left, bodies));
   return left;
 }

@@ -1,5 +1,5 @@
 // Obstacles of a scene file that is dropped, as the pack has them. SPDX-License-Identifier: Apache-2.0
-import { withFallbacks } from './scene_keys.js';
+import { keysOf, withFallbacks } from './scene_keys.js';
 
 const DEGREE = Math.PI / 180;
 const SHORT_TURN = 120; // degrees of a part of a path: below 180 the direction is clear
@@ -67,7 +67,7 @@ function wayOf(path) {
  * @param {import('./engine.js').Engine} engine with a scene of its own, which makes surfaces */
 export function obstacleOf(given, engine) {
   const { shape, centre, normal, radius, size, inside, velocity, friction, restitution, stiffness = 0, damping, ...rest } =
-    withFallbacks(given, 'obstacles');
+    withFallbacks(keysOf(engine.memory), given, 'obstacles');
   const all = { centre, velocity, friction, restitution, colour: colourOf(rest.colour) };
   const rotation = quaternionOf(rest.rotation);
   if (shape === 'plane') return { kind: shape, ...all, normal, inside, stiffness, damping };

@@ -7,7 +7,7 @@ import { join } from 'node:path';
 import { before, test } from 'node:test';
 import { packOfFiles } from '../src/drop.js';
 import { Engine } from '../src/engine.js';
-import { KEYS } from '../src/scene_keys.js';
+import { keysOf } from '../src/scene_keys.js';
 import { folder, packOf, stepped, thrum, wasmBytes } from './fixture.mjs';
 
 const SCENE = {
@@ -113,7 +113,8 @@ function parsed(text) {
   }
 }
 
-test('the page knows every key of a scene file, with the bounds and what holds without it', () => {
+test('the page knows every key of a scene file, with the bounds and what holds without it', async () => {
+  const KEYS = keysOf((await Engine.load(wasmBytes())).memory);
   const { properties, required } = schema();
   const parts = { scene: { properties, required }, wind: properties.wind, collisions: properties.collisions };
   for (const name of ['bodies', 'obstacles', 'links']) parts[name] = properties[name].items;
@@ -123,7 +124,7 @@ test('the page knows every key of a scene file, with the bounds and what holds w
     assert.deepEqual(Object.keys(KEYS[where]).sort(), Object.keys(part.properties).sort(), where);
     for (const [key, { is, needed = false, unread, fallback }] of Object.entries(KEYS[where])) {
       if (unread || (!is.wants && !needed)) continue; // what is passed over has no value
-      const { description, ...given } = part.properties[key];
+      const { description, default: _, ...given } = part.properties[key];
       assert.equal(needed, part.required?.includes(key) ?? false, `${where}: ${key}`);
       for (const bound of ['minimum', 'exclusiveMinimum', 'maximum'])
         assert.equal(is[bound], given[bound], `${where}: ${bound} of ${key}`);
