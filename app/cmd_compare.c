@@ -61,7 +61,8 @@ typedef struct compare_side {
 typedef struct compared_body {
   const char *name; /* "" of the run of a model */
   const char *stepped_by[2];
-  bool full[2]; /* the whole mesh was stepped */
+  bool full[2];        /* the whole mesh was stepped */
+  double load_work[2]; /* [J] */
   run_difference found;
 } compared_body;
 
@@ -120,7 +121,8 @@ static thrum_status compare_bodies(comparison *of, thrum_error *error) {
     compared_body *body = &of->bodies[of->count];
     *body = (compared_body){.name = name,
                             .stepped_by = {run->stepped_by, other->stepped_by},
-                            .full = {run->full, other->full}};
+                            .full = {run->full, other->full},
+                            .load_work = {run->load_work, other->load_work}};
     const thrum_status status = run_compare(run, other, &body->found, error);
     if (status < 0)
       return config_error_in(error, status, "%.200s and %.200s%s%.60s", left->path, right->path,
@@ -168,6 +170,8 @@ static cJSON *make_report(const comparison *of) {
     json_string(row, "other_stepped_by", body->stepped_by[1]);
     cJSON_AddBoolToObject(row, "full", body->full[0]);
     cJSON_AddBoolToObject(row, "other_full", body->full[1]);
+    json_number(row, "load_work_j", body->load_work[0]);
+    json_number(row, "other_load_work_j", body->load_work[1]);
 
     // which moments
     json_number(row, "moments", (double)found->moments);
@@ -213,6 +217,10 @@ static const report_line lines[] = {
                 "that lacks "
                 "is in no "
                 "distance",
+                .when = "full"),
+    REPORT_LINE("loads",
+                "gave {bodies.0.load_work_j:.4g} and {bodies.0.other_load_work_j:.4g} J; of a blow "
+                "a basis takes less than the mesh",
                 .when = "full"),
     REPORT_LINE("alone", "{bodies_alone} bod{bodies_alone#y is|ies are} in one of the runs only",
                 .when = "bodies_alone"),

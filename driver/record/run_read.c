@@ -332,6 +332,9 @@ thrum_status recorded_run_read(const char *path, const char *model, recorded_run
 
   const cJSON *options = cJSON_GetObjectItemCaseSensitive(object, "options");
   read.full = cJSON_IsTrue(cJSON_GetObjectItemCaseSensitive(options, "full"));
+  const cJSON *work = cJSON_GetObjectItemCaseSensitive(object, "work");
+  const cJSON *loads = cJSON_GetObjectItemCaseSensitive(work, "load_j");
+  read.load_work = cJSON_IsNumber(loads) ? loads->valuedouble : NAN;
 
   // a body of a scene may be placed, and may move as a whole
   const cJSON *placement = cJSON_GetObjectItemCaseSensitive(object, "placement");

@@ -25,6 +25,7 @@ typedef struct recorded_run {
   char stepped_by[128];           /* what stepped it, for people; "": the run does not say */
   char error[RECORDED_ERROR_MAX]; /* what the basis has wrong, for people; "": the run does not say
                                    */
+  double load_work;               /* of all loads [J]; NaN: the run does not say */
   bool full;      /* the whole mesh was stepped, of which q has what the basis has */
   double *places; /* rows x RUN_PLACEMENT_COLUMNS; NULL: the body stays where it stands */
 } recorded_run;

@@ -185,6 +185,19 @@ static void a_run_of_the_whole_mesh_is_told(void **state) {
   assert_true(cJSON_IsTrue(cJSON_GetObjectItem(body, "other_full")));
   assert_true(cJSON_IsNull(cJSON_GetObjectItem(body, "apart_share")));
   cJSON_Delete(object);
+
+  // a blow gives the mesh what the basis cannot take
+  const char *const names[] = {"struck", "struck_mesh"};
+  for (int n = 0; n < 2; n++) {
+    run =
+        thrum_run(folder, "simulate", "beam.npz", "-o", names[n], "--load", "impulse:0,0,-1@tip",
+                  "--time", "0.03", "--accept-error", "100%", "-q", n == 1 ? "--full" : NULL, NULL);
+    program_result_free(&run);
+  }
+  object = compare("struck", "struck_mesh");
+  const double taken = json_value(first_body(object), "load_work_j");
+  assert_true(taken > 0 && taken < 0.9 * json_value(first_body(object), "other_load_work_j"));
+  cJSON_Delete(object);
 }
 
 static void runs_that_do_not_go_together_are_refused(void **state) {
