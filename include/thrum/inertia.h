@@ -54,7 +54,7 @@ static inline int64_t thrum_inertia_number_count(int64_t rank) {
 
 /* Writes the numbers that I and G are made of, which `inertia` of a model without its mesh points
  * to: sum m X X^T (3 x 3) [kg m^2], with X from the centre of mass; sum m X U_i^T (rank x 3 x 3)
- * [kg^1/2 m]; sum m U_j U_i^T (rank x rank x 3 x 3) [1]. Any thread. */
+ * [kg^1/2 m]; sum m U_j U_i^T (rank x rank x 3 x 3, j first) [1]. Any thread. */
 THRUM_API void thrum_inertia_numbers(const thrum_inertia *inertia, double *numbers);
 
 /* I(q) about the centre of mass, in the mesh [kg m^2], symmetric; q: rank. `work` has room for
