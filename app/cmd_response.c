@@ -14,8 +14,9 @@
 #include "thrum/thrum.h"
 
 /* The files, and then the report, as one object on standard output or as a table. */
-static thrum_status report(const response_curve *curve, thrum_error *error) {
-  cJSON *object = response_report_object(curve);
+static thrum_status report(const response_curve *curve, const response_worth *worth,
+                           thrum_error *error) {
+  cJSON *object = response_report_object(curve, worth);
   char *text = json_text(object);
   thrum_status status =
       text != NULL ? response_files_write(curve, text, error)
@@ -25,11 +26,11 @@ static thrum_status report(const response_curve *curve, thrum_error *error) {
     json_print(object);
     object = NULL;
   } else if (status >= 0) {
-    response_report_table(curve);
+    response_report_table(curve, worth);
   }
   cJSON_Delete(object);
   if (status >= 0)
-    response_report_warn(curve);
+    response_report_warn(curve, worth);
   return status;
 }
 
@@ -37,6 +38,7 @@ static int run_request(const response_request *request) {
   thrum_error error = {0};
   const thrum_model *loaded = NULL;
   response_curve curve = {0};
+  response_worth worth = {0};
   thrum_status status =
       named_model_load(request->model_path, request->quiet, &loaded, NULL, &error);
 
@@ -44,8 +46,9 @@ static int run_request(const response_request *request) {
   thrum_stop_request_catch();
   THRUM_THEN(status, response_curve_open(request, loaded, &curve, &error));
   THRUM_THEN(status, response_curve_find(&curve, &error));
-  THRUM_THEN(status, report(&curve, &error));
-  const bool flagged = status >= 0 && strcmp(response_status_name(&curve), "done") != 0;
+  THRUM_THEN(status, response_worth_find(&curve, &worth, &error));
+  THRUM_THEN(status, report(&curve, &worth, &error));
+  const bool flagged = status >= 0 && strcmp(response_status_name(&curve, &worth), "done") != 0;
   const int code = config_end(status, flagged, &error);
   response_curve_close(&curve);
   thrum_model_free(loaded);

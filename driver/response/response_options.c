@@ -9,6 +9,7 @@
 #include "thrum/response.h"
 
 #define HERTZ_MAX 1e12
+#define CHECK_ERROR 0.05 /* of the largest displacement */
 
 static thrum_status take_load(const config_given *given, void *request) {
   response_request *r = request;
@@ -74,6 +75,10 @@ static thrum_status take_ratios(const config_given *given, void *request) {
 
 static thrum_status take_quality(const config_given *given, void *request) {
   return damping_spec_take_quality(given, &((response_request *)request)->damping);
+}
+
+static thrum_status take_check_error(const config_given *given, void *request) {
+  return error_option_take(given, &((response_request *)request)->check_error);
 }
 
 #define AT(member) CONFIG_AT(response_request, member)
@@ -150,6 +155,13 @@ static const config_option options[] = {
                  "simulate --start goes on",
                  .value = "N", .repeats = true, .take = take_start, CONFIG_RANGE(1, 1000000)),
 
+    OPTION_COUNT(
+        "check", "0",
+        "step the unreduced mesh for a period from so many motions of the curve, and say how "
+        "far it ends from where it began",
+        AT(check), CONFIG_RANGE(0, 16)),
+    OPTION_WORD("check-error", "E", "5%", "by which it may miss, of its largest displacement",
+                .take = take_check_error, .wants = "a number up to 1, or a percentage"),
     OPTION_FILE(response_request),
     OPTION_JSON(response_request),
     OPTION_QUIET(response_request),
@@ -169,7 +181,7 @@ const config_command command_response = {
         "and folds, period doublings and Neimark-Sacker points are named. MODEL is a model file "
         "or one of the models that come with Thrum.",
     .options = options,
-    .often = "output mode load from to damping-ratio at harmonics start",
+    .often = "output mode load from to damping-ratio at harmonics check start",
     .notes = "response.csv has a row for each motion: its frequency, energy, work and stability, "
              "and of each\n"
              "TARGET the largest displacement, then of each harmonic k and axis the amplitude [m] "
@@ -180,7 +192,8 @@ const config_command command_response = {
         "response panel.npz --load sine:0,0,10@load --damping-ratio 0.002 --from 20 --to 26 "
         "-o forced\n"
         "response panel.npz --base-motion sine:0,0,2 --q 500 --from 26 --to 20 --json",
-    .exits = "0 done, 1 refused, 2 usage, 3 found but flagged (the curve was lost on the way)",
+    .exits = "0 done, 1 refused, 2 usage, 3 found but flagged (the curve was lost on the way, or "
+             "the mesh misses its orbits)",
 };
 
 /* Shows the displacements where the loads act, when no target is given. */
@@ -208,6 +221,7 @@ int response_options_read(int argc, char **argv, response_request *request) {
   request->tolerance = usual.tolerance;
   request->points_max = usual.points;
   request->stability = true;
+  request->check_error = CHECK_ERROR;
   request->followers = true;
   CONFIG_TRY(config_options_read_one(&command_response, "model", argc, argv, request,
                                      &request->model_path));

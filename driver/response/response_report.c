@@ -12,7 +12,7 @@
 
 #define TAIL_WARNED 1e-3 /* of the kinetic energy in the last two harmonics */
 
-const char *response_status_name(const response_curve *curve) {
+const char *response_status_name(const response_curve *curve, const response_worth *worth) {
   switch (curve->report.end) {
   case THRUM_RESPONSE_END_LOST:
     return "lost";
@@ -26,7 +26,7 @@ const char *response_status_name(const response_curve *curve) {
   case THRUM_RESPONSE_END_CLOSED:
     break;
   }
-  return "done";
+  return worth->count > 0 && !(worth->largest <= curve->request->check_error) ? "missed" : "done";
 }
 
 static double hertz(double omega) {
@@ -101,9 +101,23 @@ static void add_form(const response_curve *c, cJSON *object) {
   json_number(form, "good_to_m", c->form_amplitude);
 }
 
-cJSON *response_report_object(const response_curve *curve) {
+/* How far the mesh misses the orbits. */
+static void add_worth(const response_curve *c, const response_worth *worth, cJSON *object) {
+  cJSON *list = cJSON_AddArrayToObject(object, "mesh");
+  for (int64_t n = 0; n < worth->count; n++) {
+    const response_worth_point *point = &worth->points[n];
+    cJSON *item = json_add_row(list);
+    json_number(item, "point", (double)point->row + 1);
+    json_number(item, "frequency_hz", hertz(c->rows[point->row].point.omega));
+    json_number(item, "missed", point->mesh);
+    json_number(item, "missed_by_model", point->model);
+  }
+  json_number(object, "check_seconds", worth->seconds);
+}
+
+cJSON *response_report_object(const response_curve *curve, const response_worth *worth) {
   const response_request *request = curve->request;
-  cJSON *object = json_report("response", response_status_name(curve));
+  cJSON *object = json_report("response", response_status_name(curve, worth));
   json_string(object, "model", request->model_path);
   json_number(object, "rank", (double)curve->shape->rank);
   json_number(object, "coordinates", (double)curve->stepped->rank);
@@ -139,6 +153,7 @@ cJSON *response_report_object(const response_curve *curve) {
   add_resonances(curve, object);
 
   add_form(curve, object);
+  add_worth(curve, worth, object);
 
   // how well it was found, and at what cost
   json_number(object, "tail", report->tail);
@@ -150,7 +165,7 @@ cJSON *response_report_object(const response_curve *curve) {
   return object;
 }
 
-void response_report_table(const response_curve *curve) {
+void response_report_table(const response_curve *curve, const response_worth *worth) {
   const response_request *request = curve->request;
   const thrum_response_report *report = &curve->report;
   const int64_t mode = request->mode > 0 ? request->mode - 1 : 0;
@@ -188,19 +203,28 @@ void response_report_table(const response_curve *curve) {
            form_third(&curve->form), curve->form_amplitude);
   if (report->balance > 0)
     printf("balance      work of the load and dissipation agree to %.1e\n", report->balance);
+  for (int64_t n = 0; n < worth->count; n++)
+    printf("mesh         misses its orbit at %.6g Hz, point %" PRId64
+           ", by %.2g %% (all coordinates of the model: %.2g %%)\n",
+           hertz(curve->rows[worth->points[n].row].point.omega), worth->points[n].row + 1,
+           100 * worth->points[n].mesh, 100 * worth->points[n].model);
   printf("cost         %.3g s, %d iterations, %d factorisations\n", curve->seconds,
          (int)report->iterations, (int)report->factorisations);
-  printf("status       %s\n", response_status_name(curve));
+  printf("status       %s\n", response_status_name(curve, worth));
   if (request->output != NULL)
     printf("files        %s\n", request->output);
 }
 
-void response_report_warn(const response_curve *curve) {
+void response_report_warn(const response_curve *curve, const response_worth *worth) {
   const response_request *request = curve->request;
   const double last = hertz(curve->rows[curve->count - 1].point.omega);
   if (request->mode == 0 && !damping_spec_given(&request->damping))
     config_warn("nothing damps the body: the resonance has no end, and the curve follows it out of "
                 "the range; give --damping-ratio or --q");
+  if (worth->count > 0 && !(worth->largest <= request->check_error))
+    config_warn("the mesh misses an orbit by %.2g %% in a period: take more --modes with all their "
+                "derivatives, or --condense none",
+                100 * worth->largest);
   if (curve->report.tail > TAIL_WARNED)
     config_warn(
         "too few harmonics: the last two of %d have %.2g %% of the kinetic energy; take more "

@@ -5,16 +5,16 @@
 
 #include <cjson/cJSON.h>
 
-#include "driver/response/response_curve.h"
+#include "driver/response/response_worth.h"
 
-/* "done", or what flags it: "lost", "points", "stopped". */
-const char *response_status_name(const response_curve *curve);
+/* "done", or what flags it: "lost", "points", "stopped", "missed". */
+const char *response_status_name(const response_curve *curve, const response_worth *worth);
 
 /* The report as an object, which the caller prints or deletes. */
-cJSON *response_report_object(const response_curve *curve);
-void response_report_table(const response_curve *curve);
+cJSON *response_report_object(const response_curve *curve, const response_worth *worth);
+void response_report_table(const response_curve *curve, const response_worth *worth);
 
 /* Warns of what the curve cannot be believed for. */
-void response_report_warn(const response_curve *curve);
+void response_report_warn(const response_curve *curve, const response_worth *worth);
 
 #endif

@@ -143,6 +143,24 @@ static void a_backbone_ends_at_its_amplitude(void **state) {
   cJSON_Delete(object);
 }
 
+static void a_mesh_that_misses_its_orbit_flags_the_curve(void **state) {
+  (void)state;
+  cJSON *object =
+      object_of(thrum_run(folder, "response", "beam.npz", "--mode", "1", "--amplitude", "0.01",
+                          "--check", "1", "--check-error", "10%", "--json", "-q", NULL),
+                0);
+  const cJSON *mesh = cJSON_GetArrayItem(cJSON_GetObjectItemCaseSensitive(object, "mesh"), 0);
+  const double missed = json_value(mesh, "missed");
+  assert_true(missed > 1e-6 && missed < 0.1);
+  assert_true(json_value(mesh, "missed_by_model") < 0.01);
+  cJSON_Delete(object);
+  object = object_of(thrum_run(folder, "response", "beam.npz", "--mode", "1", "--amplitude", "0.01",
+                               "--check", "1", "--check-error", "1e-7", "--json", "-q", NULL),
+                     3);
+  assert_string_equal(cJSON_GetObjectItemCaseSensitive(object, "status")->valuestring, "missed");
+  cJSON_Delete(object);
+}
+
 static void refuse(int code, const char *words, program_result run) {
   if (!is_refusal(&run, code, words))
     fail_msg("exit code %d: %s", run.exit_code, run.err);
@@ -180,6 +198,7 @@ int main(void) {
       cmocka_unit_test(a_run_goes_on_from_a_point_of_the_curve),
       cmocka_unit_test(a_run_with_damping_ratios_is_back_after_ten_periods),
       cmocka_unit_test(a_backbone_ends_at_its_amplitude),
+      cmocka_unit_test(a_mesh_that_misses_its_orbit_flags_the_curve),
       cmocka_unit_test(bad_input_is_one_line),
   };
   return cmocka_run_group_tests(tests, make_models, remove_folder);

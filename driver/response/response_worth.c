@@ -1,0 +1,200 @@
+/* What a curve is worth for the mesh; see response_worth.h. Both bodies take the same steps of the
+ * energy integrator, so what these err by is in both numbers. Ratios of damping are those of modes,
+ * which the mesh has not: it is damped by its mass as the first mode is. SPDX-License-Identifier:
+ * Apache-2.0 */
+#include "driver/response/response_worth.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "config/progress.h"
+#include "core/base/pi.h"
+#include "platform/allocate.h"
+#include "platform/clock.h"
+#include "platform/stop_request.h"
+#include "precompute/full/full.h"
+#include "thrum/thrum.h"
+
+#define STEPS 120 /* of a period: their own error is near 1e-4 */
+
+typedef struct mesh_run {
+  const response_curve *curve;
+  int64_t size;                   /* components of a field */
+  double *u, *v, *start, *forces; /* fields */
+  double *cosine, *sine, *mean;   /* fields of the loads */
+  double *memory;
+} mesh_run;
+
+static double rms(int64_t size, const double *field, const double *less) {
+  double sum = 0;
+  for (int64_t c = 0; c < size; c++) {
+    const double part = field[c] - (less != NULL ? less[c] : 0);
+    sum += part * part;
+  }
+  return sqrt(sum / (double)size);
+}
+
+/* The loads as fields, in what swings with cosine and sine and what stays. */
+static thrum_status fill_loads(mesh_run *run, thrum_full *body, thrum_error *error) {
+  const response_curve *c = run->curve;
+  memset(run->cosine, 0, (size_t)(3 * run->size) * sizeof *run->cosine);
+  for (int64_t n = 0; n < c->request->load_count; n++) {
+    const response_load *load = &c->request->loads[n];
+    const double pushed[3] = {-load->vector[0], -load->vector[1], -load->vector[2]};
+    memset(run->forces, 0, (size_t)run->size * sizeof *run->forces);
+    if (load->base || load->spec.gravity)
+      thrum_full_add_gravity(body, load->base ? pushed : load->spec.vector, run->forces);
+    else
+      THRUM_TRY(load_spec_fill(c->shape, &load->spec, run->forces, error));
+    for (int64_t i = 0; i < run->size; i++) {
+      run->cosine[i] += load->swings ? sin(load->phase) * run->forces[i] : 0;
+      run->sine[i] += load->swings ? cos(load->phase) * run->forces[i] : 0;
+      run->mean[i] += load->swings ? 0 : run->forces[i];
+    }
+  }
+  return THRUM_OK;
+}
+
+/* Means of cos and sin of Omega t over a step, of which there are STEPS in a period. */
+static void means_of(int64_t step, double *cosine, double *sine) {
+  const double h = THRUM_TWO_PI / STEPS, from = h * (double)step, to = from + h;
+  *cosine = (sin(to) - sin(from)) / h;
+  *sine = (cos(from) - cos(to)) / h;
+}
+
+static thrum_status step_mesh(mesh_run *run, thrum_full *body, const double *q, const double *p,
+                              double *missed, thrum_error *error) {
+  const thrum_model *shape = run->curve->shape;
+  double largest = 0;
+  THRUM_TRY(fill_loads(run, body, error));
+  THRUM_TRY(thrum_displacement(shape, q, 0, shape->vertex_count, run->start, error));
+  THRUM_TRY(thrum_displacement(shape, p, 0, shape->vertex_count, run->v, error));
+  THRUM_TRY(thrum_full_set(body, run->start, run->v, error));
+  for (int64_t step = 0; step < STEPS; step++) {
+    double cosine = 0, sine = 0;
+    means_of(step, &cosine, &sine);
+    for (int64_t i = 0; i < run->size; i++)
+      run->forces[i] = run->mean[i] + cosine * run->cosine[i] + sine * run->sine[i];
+    THRUM_TRY(thrum_full_set_force(body, run->forces, error));
+    const thrum_status stepped = thrum_full_step(body, error);
+    THRUM_TRY(stepped);
+    thrum_full_get(body, run->u, NULL);
+    largest = fmax(largest, rms(run->size, run->u, NULL));
+  }
+  *missed = rms(run->size, run->u, run->start) / largest;
+  return THRUM_OK;
+}
+
+/* The same of all coordinates of the model. */
+static thrum_status step_model(mesh_run *run, const thrum_state_def *def, const double *q,
+                               const double *p, double *missed, thrum_error *error) {
+  const response_curve *c = run->curve;
+  const thrum_model *shape = c->shape;
+  thrum_model damped = *shape;
+  damped.damping = c->rates;
+  thrum_state *state = NULL;
+  double now[THRUM_RANK_MAX], force[THRUM_RANK_MAX], largest = 0;
+  THRUM_TRY(thrum_state_create(&damped, def, &state, error));
+  thrum_status status = thrum_state_set(&damped, state, q, p, error);
+  for (int64_t step = 0; step < STEPS && status >= 0; step++) {
+    double cosine = 0, sine = 0;
+    means_of(step, &cosine, &sine);
+    for (int64_t i = 0; i < shape->rank; i++)
+      force[i] = c->loads[0][i] + cosine * c->loads[1][i] + sine * c->loads[2][i];
+    status = thrum_state_set_force(&damped, state, force, error);
+    THRUM_THEN(status, thrum_step(&damped, state, error));
+    THRUM_THEN(status, thrum_state_get(&damped, state, now, NULL, error));
+    THRUM_THEN(status, thrum_displacement(shape, now, 0, shape->vertex_count, run->u, error));
+    largest = fmax(largest, rms(run->size, run->u, NULL));
+  }
+  thrum_state_destroy(state);
+  *missed = rms(run->size, run->u, run->start) / largest;
+  return status;
+}
+
+static thrum_status look_at(mesh_run *run, int64_t row, response_worth_point *point,
+                            thrum_error *error) {
+  const response_curve *c = run->curve;
+  const damping_spec *damping = &c->request->damping;
+  const bool by_mode = c->request->mode == 0 && damping->ratio_count > 0;
+  double q[THRUM_RANK_MAX], p[THRUM_RANK_MAX];
+  const double dt = THRUM_TWO_PI / c->rows[row].point.omega / STEPS;
+  response_curve_state(c, row, q, p);
+  *point = (response_worth_point){.row = row};
+  thrum_full_def full = thrum_default_full_def();
+  full.dt = dt;
+  full.damping_alpha = by_mode ? c->rates[0] : damping->alpha;
+  full.damping_beta = by_mode ? 0 : damping->beta;
+  thrum_full *body = NULL;
+  thrum_status status = thrum_full_create(c->shape, NULL, &full, &body, error);
+  THRUM_THEN(status, step_mesh(run, body, q, p, &point->mesh, error));
+  thrum_full_free(body);
+
+  // the reduced model has no damping of its own here
+  thrum_state_def def = thrum_default_state_def();
+  def.dt = dt;
+  def.frequency_matched = 0;
+  THRUM_THEN(status, step_model(run, &def, q, p, &point->model, error));
+  return status;
+}
+
+/* The next stable row from `row` on; -1: there is none. */
+static int64_t stable_from(const response_curve *c, int64_t row) {
+  while (row < c->count && c->rows[row].point.unstable > 0)
+    row++;
+  return row < c->count ? row : -1;
+}
+
+/* Rows that are worth a look, each once. */
+static int64_t choose_rows(const response_curve *c, int64_t wanted, int64_t *rows) {
+  int64_t count = 0, best = -1;
+  for (int64_t n = 0; n < c->count && c->target_count > 0; n++)
+    if (c->rows[n].point.unstable <= 0 &&
+        (best < 0 || c->peak[n * c->target_count] > c->peak[best * c->target_count]))
+      best = n;
+  if (best >= 0)
+    rows[count++] = best;
+  for (int64_t k = 1; k < wanted && count < wanted; k++) {
+    const int64_t row = stable_from(c, k * c->count / wanted);
+    bool seen = row < 0;
+    for (int64_t n = 0; n < count; n++)
+      seen = seen || rows[n] == row;
+    if (!seen)
+      rows[count++] = row;
+  }
+  return count;
+}
+
+thrum_status response_worth_find(const response_curve *curve, response_worth *worth,
+                                 thrum_error *error) {
+  *worth = (response_worth){0};
+  if (curve->request->check == 0)
+    return THRUM_OK;
+  if (curve->shape->basis == NULL || curve->shape->vertices == NULL)
+    return thrum_error_set(error, THRUM_MISSING, "--check: the model has no mesh");
+  mesh_run run = {.curve = curve, .size = 3 * curve->shape->vertex_count};
+  THRUM_TRY(thrum_reserve(&run.memory, 7 * run.size, sizeof *run.memory, "the mesh", error));
+  double **const fields[] = {&run.u,      &run.v,    &run.start, &run.forces,
+                             &run.cosine, &run.sine, &run.mean};
+  for (int n = 0; n < 7; n++)
+    *fields[n] = run.memory + n * run.size;
+
+  // one orbit after the other
+  int64_t rows[RESPONSE_WORTH_MOST];
+  const int64_t count = choose_rows(curve, curve->request->check, rows);
+  config_progress progress = config_progress_make(curve->request->quiet);
+  const double began = clock_seconds();
+  thrum_status status = THRUM_OK;
+  for (int64_t n = 0; n < count && status >= 0 && !thrum_stop_requested(); n++) {
+    config_progress_update(&progress, "orbits of the mesh", (double)n / (double)count);
+    status = look_at(&run, rows[n], &worth->points[worth->count], error);
+    if (status < 0)
+      break;
+    worth->largest = fmax(worth->largest, worth->points[worth->count++].mesh);
+  }
+  config_progress_end(&progress, status >= 0);
+  worth->seconds = clock_seconds() - began;
+  free(run.memory);
+  return status;
+}

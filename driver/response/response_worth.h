@@ -1,0 +1,30 @@
+/* What a curve is worth for the mesh: the unreduced body is started on an orbit and stepped for a
+ * period. SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_DRIVER_RESPONSE_RESPONSE_WORTH_H
+#define THRUM_DRIVER_RESPONSE_RESPONSE_WORTH_H
+
+#include "driver/response/response_curve.h"
+
+#define RESPONSE_WORTH_MOST 16 /* points that are looked at */
+
+/* How far the end of a period is from its start, over the largest displacement on the way (root
+ * mean squares over the vertices) [1]. */
+typedef struct response_worth_point {
+  int64_t row;
+  double mesh;  /* of the unreduced body */
+  double model; /* of all coordinates of the model, by the same steps */
+} response_worth_point;
+
+typedef struct response_worth {
+  response_worth_point points[RESPONSE_WORTH_MOST];
+  int64_t count;
+  double largest; /* of the mesh */
+  double seconds;
+} response_worth;
+
+/* Looks at as many stable motions of the curve as the request asks for: the largest one, and others
+ * evenly between both ends. */
+thrum_status response_worth_find(const response_curve *curve, response_worth *worth,
+                                 thrum_error *error);
+
+#endif
