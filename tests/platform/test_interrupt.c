@@ -13,6 +13,7 @@
 #include <unistd.h>
 
 #include "io/file.h"
+#include "io/folder.h"
 #include "platform/interrupt.h"
 #include "platform/stop_request.h"
 #include "tests/support/test_folder.h"
@@ -68,6 +69,39 @@ static void a_signal_while_a_file_is_written_leaves_the_old_one_alone(void **sta
 
   free(text);
   unlink(path);
+}
+
+/* A folder that a command makes goes again while it is empty, when a signal or a failure ends it;
+ * one that was there before, or holds something, stays. */
+static void a_new_folder_goes_while_it_is_empty(void **state) {
+  (void)state;
+  for (int n = 0; n < 6; n++) {
+    const bool by_signal = n < 3, before = n % 3 == 1, filled = n % 3 == 2;
+    char path[160], inside[200];
+    snprintf(path, sizeof path, "%s/made", folder);
+    snprintf(inside, sizeof inside, "%s/some", path);
+    if (before)
+      assert_int_equal(folder_make(path, NULL), THRUM_OK);
+    fflush(NULL);
+    const pid_t child = fork();
+    if (child == 0) {
+      const int silent = open("/dev/null", O_WRONLY);
+      dup2(silent, STDERR_FILENO);
+      thrum_interrupt_clean("stopped\n");
+      if (folder_make_output(path, NULL) < 0 || (filled && !text_file_write(inside, "some")))
+        _exit(1);
+      if (by_signal)
+        raise(SIGINT);
+      folder_give_up(path);
+      _exit(0);
+    }
+    int status = 0;
+    assert_true(waitpid(child, &status, 0) == child);
+    assert_int_equal(WIFSIGNALED(status) != 0, by_signal);
+    assert_int_equal(access(path, F_OK) == 0, before || filled);
+    unlink(inside);
+    rmdir(path);
+  }
 }
 
 /* Starts the program and stops it by SIGINT once it reports `stage`; it says `line`. Returns how it
@@ -227,6 +261,7 @@ static void a_long_call_is_not_waited_for_where_there_is_another_way_to_end(void
 int main(void) {
   signals_as_in_a_terminal();
   const struct CMUnitTest tests[] = {
+      cmocka_unit_test(a_new_folder_goes_while_it_is_empty),
       cmocka_unit_test(a_signal_while_a_file_is_written_leaves_the_old_one_alone),
       cmocka_unit_test(a_signal_in_a_stage_leaves_no_file),
       cmocka_unit_test(a_long_call_is_not_waited_for_where_there_is_another_way_to_end),
