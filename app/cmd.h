@@ -19,6 +19,7 @@
   X(view) \
   X(static) \
   X(response) \
+  X(identify) \
   X(experiments) \
   X(tradeoff) \
   X(verify) \

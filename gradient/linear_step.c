@@ -202,7 +202,6 @@ void thrum_linear_step_prepare_parts(thrum_linear_step *step) {
   const double beta = step->equation.damping_beta, *omega2 = step->model->omega2;
   double *f = step->part_y, *slope = step->part_kappa;
   for (int64_t i = 0; i < n; i++) {
-    step->nothing[i] = 0.0;
     f[i] = step->kappa[i];
     slope[i] = omega2[i] > 0.0 ? kappa_change(step, i) / omega2[i] : 0.0;
   }
@@ -240,14 +239,7 @@ static void add_slope(const thrum_linear_step *step, const thrum_energy_part *pa
 static double part_force(const thrum_linear_step *step, const thrum_energy_part *part,
                          const double *q, double *force) {
   const int64_t n = step->rank;
-  const thrum_model model = {.rank = n,
-                             .c3_count = thrum_c3_count(n),
-                             .c4_count = thrum_c4_count(n),
-                             .format = step->model->format,
-                             .omega2 = step->nothing,
-                             .c3 = part->c3,
-                             .c4 = part->c4};
-  double energy = thrum_internal_force(&model, q, force, step->work);
+  double energy = thrum_internal_force(part->form, q, force, step->work);
   for (int64_t i = 0; i < n; i++) {
     const double linear = dot(part->linear + i * n, q, n);
     force[i] += linear;

@@ -36,9 +36,9 @@ typedef struct thrum_linear_step {
   double *d, *mean, *sigma_d, *sigma_q, *w, *x, *y;
 
   /* Of parts of the energy: how functions of K change with it (rank x rank each, see
-   * thrum_linear_step_prepare_parts), no frequencies, and scratch, rank each. */
+   * thrum_linear_step_prepare_parts), and scratch, rank each. */
   double *slope_kappa, *slope_kappa_square, *slope_damped, *slope_damping;
-  double *nothing, *part_start, *part_middle, *part_end, *part_kappa, *part_y;
+  double *part_start, *part_middle, *part_end, *part_kappa, *part_y;
 } thrum_linear_step;
 
 /* Derivatives by what a step depends on, or a direction of that. */

@@ -92,8 +92,10 @@ THRUM_API const double *thrum_tape_p(const thrum_tape *tape);
  * diagonal: its derivative is that of the body whose modes were found anew, seen in coordinates
  * that stay. */
 typedef struct thrum_energy_part {
-  const double *linear;  /* L, rank x rank, both triangles [1/s^2] */
-  const double *c3, *c4; /* in the orders of thrum/polynomial.h */
+  const double *linear; /* L, rank x rank, both triangles [1/s^2] */
+  /* A model of the same rank, best a packed one, whose energy, with its omega2, is added to that of
+   * L. It need not have an identity. */
+  const struct thrum_model *form;
 } thrum_energy_part;
 
 /* Derivatives of a loss, or a direction of the same numbers. Arrays are the caller's, and each may

@@ -283,7 +283,10 @@ static void by_passes(const run *r, double *backward, double *forward) {
   thrum_error error;
   thrum_tape *tape = record(r, &r->at, &r->body.model, &state);
   double q[RANK], p[RANK], force[FORCES], damping[RANK];
-  const thrum_energy_part part = {r->linear, r->other.c3, r->other.c4};
+  double none[RANK] = {0};
+  thrum_model form = r->other.model;
+  form.omega2 = none;
+  const thrum_energy_part part = {r->linear, &form};
   double by_part = 0;
   thrum_tape_gradient g = {.q = q,
                            .p = p,

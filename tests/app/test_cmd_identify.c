@@ -1,0 +1,163 @@
+/* Tests of `thrum identify`: what a noisy ring-down of a body says of its moduli and damping, by a
+ * model of others, and what is refused.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+#include <math.h>
+
+#include "tests/support/random_model.h"
+#include "tests/support/simulate_support.h"
+#include "tests/support/test_folder.h"
+
+static void done(program_result run) {
+  if (run.exit_code != 0)
+    fail_msg("%s%s", run.out, run.err);
+  program_result_free(&run);
+}
+
+static void precompute(const char *young, const char *name) {
+  done(thrum_run(folder, "precompute", "beam:6x1x1@1x0.1x0.08", "--order", "2", "--fix", "x<0.001",
+                 "--young", young, "--poisson", "0.3", "--density", "1000", "--modes", "3",
+                 "--rank", "6", "-o", name, "-q", NULL));
+}
+
+/* Every tenth row of the probes, with noise of this size. */
+static void add_noise(double size) {
+  char *text = text_file_read(in_folder("ring/probes.csv")), line[512];
+  FILE *to = fopen(in_folder("ring.csv"), "w");
+  assert_true(text != NULL && to != NULL);
+  random_state random = {4};
+  int64_t row = -1;
+  for (char *at = strtok(text, "\n"); at != NULL; at = strtok(NULL, "\n"), row++) {
+    snprintf(line, sizeof line, "%s", at);
+    if (row < 0)
+      fprintf(to, "%s\n", line);
+    if (row < 0 || row % 10 != 0)
+      continue;
+
+    // step and time, then numbers
+    char *next = strchr(strchr(line, ',') + 1, ',');
+    fprintf(to, "%.*s", (int)(next - line), line);
+    while (*next == ',') {
+      const double value = strtod(next + 1, &next);
+      fprintf(to, ",%.12g", value + size * (random_uniform(&random) + random_uniform(&random)));
+    }
+    fprintf(to, "\n");
+  }
+  assert_int_equal(fclose(to), 0);
+  free(text);
+}
+
+static int make_models(void **state) {
+  (void)state;
+  if (test_folder_make(folder) == NULL)
+    return 1;
+  precompute("1.2e6", "true.npz");
+  precompute("1e6", "beam.npz");
+  done(thrum_run(folder, "simulate", "true.npz", "--start", "mode:1,0.1", "--dt", "0.0005",
+                 "--time", "4", "--damping", "0.4,0.0004", "--probe", "near:1,0.05,0", "-o", "ring",
+                 "-q", NULL));
+  add_noise(5e-4);
+  return 0;
+}
+
+static cJSON *object_of(program_result run, int code) {
+  if (run.exit_code != code)
+    fail_msg("exit code %d: %s%s", run.exit_code, run.out, run.err);
+  cJSON *object = json_line(run.out);
+  assert_non_null(object);
+  program_result_free(&run);
+  return object;
+}
+
+static const cJSON *parameter(const cJSON *object, int place, const char *name) {
+  const cJSON *list = cJSON_GetObjectItemCaseSensitive(object, "parameters");
+  const cJSON *item = cJSON_GetArrayItem(list, place);
+  assert_non_null(item);
+  assert_string_equal(cJSON_GetObjectItemCaseSensitive(item, "name")->valuestring, name);
+  return item;
+}
+
+/* Is the truth within four deviations, and the value within this share of it? */
+static void assert_found(const cJSON *object, int place, const char *name, double truth,
+                         double share) {
+  const cJSON *item = parameter(object, place, name);
+  const double value = json_value(item, "value"), deviation = json_value(item, "deviation");
+  if (!(fabs(value - truth) < 4 * deviation && fabs(value / truth - 1) < share))
+    fail_msg("%s: %g +- %g", name, value, deviation);
+}
+
+static void a_noisy_ringdown_gives_modulus_and_damping(void **state) {
+  (void)state;
+  cJSON *object =
+      object_of(thrum_run(folder, "identify", "beam.npz", "ring.csv", "--start", "mode:1,0.1",
+                          "--parameters", "E,alpha,beta,start", "-o", "fit", "--json", NULL),
+                0);
+  assert_found(object, 0, "E", 1.2e6, 0.005);
+  assert_found(object, 1, "alpha", 0.4, 0.05);
+  assert_found(object, 2, "beta", 4e-4, 0.5);
+
+  // what is left is the noise, of two uniform numbers in [-1, 1)
+  assert_true(fabs(json_value(object, "rms_m") / (5e-4 * sqrt(2. / 3)) - 1) < 0.1);
+  assert_true(file_exists(in_folder("fit/fit.csv")));
+  assert_true(file_exists(in_folder("fit/identify.json")));
+  cJSON_Delete(object);
+}
+
+static void what_does_not_show_is_flagged(void **state) {
+  (void)state;
+  program_result run =
+      thrum_run(folder, "identify", "true.npz", "ring.csv", "--start", "mode:1,0.1", "--damping",
+                "0.4,0.0004", "--parameters", "damping-ratio", "--ratios", "3", NULL);
+  assert_int_equal(run.exit_code, 3);
+  assert_non_null(strstr(run.out, "does not show it"));
+  program_result_free(&run);
+}
+
+static void bad_recordings_are_refused(void **state) {
+  (void)state;
+  static const struct {
+    const char *text, *says;
+  } cases[] = {
+      {"", "the names of the columns"},
+      {"time_s\n0\n1\n2\n", "TARGET.x_m"},
+      {"tip.x_m\n0\n1\n2\n", "time_s"},
+      {"time_s,near:1 0 0.x_m\n0,1\n", "3 or more"},
+      {"time_s,near:1 0 0.x_m\n0,1\n0,2\n1,2\n", "bad.csv:3"},
+      {"time_s,near:1 0 0.x_m\n0,1\n1,nan\n2,1\n", "bad.csv:3"},
+      {"time_s,near:1 0 0.x_m\n0,1\n1\n2,1\n", "bad.csv:3"},
+      {"time_s,nogroup.x_m\n0,1\n1,1\n2,1\n", "nogroup"},
+  };
+  for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
+    assert_true(text_file_write(in_folder("bad.csv"), cases[n].text));
+    program_result run =
+        thrum_run(folder, "identify", "beam.npz", "bad.csv", "--start", "mode:1,0.1", NULL);
+    if (!is_refusal(&run, 1, cases[n].says))
+      fail_msg("case %zu: %d %s", n, run.exit_code, run.err);
+    program_result_free(&run);
+  }
+  static const struct {
+    const char *option, *value, *says;
+  } uses[] = {{"--parameters", "E,nu", "E, damping-ratio, alpha, beta and start"},
+              {"--parameters", "E", "starts at rest"}};
+  for (size_t n = 0; n < sizeof uses / sizeof uses[0]; n++) {
+    program_result run =
+        thrum_run(folder, "identify", "beam.npz", "ring.csv", uses[n].option, uses[n].value, NULL);
+    assert_true(is_refusal(&run, 2, uses[n].says));
+    program_result_free(&run);
+  }
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(a_noisy_ringdown_gives_modulus_and_damping),
+      cmocka_unit_test(what_does_not_show_is_flagged),
+      cmocka_unit_test(bad_recordings_are_refused),
+  };
+  return cmocka_run_group_tests(tests, make_models, remove_folder);
+}

@@ -1,0 +1,208 @@
+/* Tests of the energies of regions: their sum is that of the mesh with other moduli, and a motion
+ * of such a body tells the moduli of both regions.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+#include <math.h>
+
+#include "driver/identify/identify_fit.h"
+#include "precompute/model/model_fem.h"
+#include "tests/support/random_model.h"
+#include "tests/support/simulate_support.h"
+#include "tests/support/test_folder.h"
+#include "thrum/thrum.h"
+
+enum { ROWS = 150 };
+
+/* The beam of the folder with two regions: the half at the wall and the other. */
+typedef struct beam {
+  const thrum_model *loaded;
+  thrum_model model;
+  int32_t *region;
+  double material[6];
+} beam;
+
+static int make_beam(void **state) {
+  (void)state;
+  if (test_folder_make(folder) == NULL)
+    return 1;
+  program_result run =
+      thrum_run(folder, "precompute", "beam:6x1x1@1x0.1x0.08", "--order", "2", "--fix", "x<0.001",
+                "--young", "1e6", "--poisson", "0.3", "--density", "1000", "--modes", "3", "--rank",
+                "8", "-o", "beam.npz", "-q", NULL);
+  const int code = run.exit_code;
+  program_result_free(&run);
+  return code;
+}
+
+static void beam_open(beam *b) {
+  assert_int_equal(thrum_model_load(in_folder("beam.npz"), &b->loaded, NULL), THRUM_OK);
+  b->model = *b->loaded;
+  b->region = random_alloc(b->model.tet_count, sizeof *b->region);
+  for (int64_t t = 0; t < b->model.tet_count; t++) {
+    const int32_t *v = b->model.tets + 4 * t;
+    double x = 0;
+    for (int i = 0; i < 4; i++)
+      x += b->model.vertices[3 * v[i]] / 4;
+    b->region[t] = x < 0.5 ? 0 : 1;
+  }
+  memcpy(b->material, b->loaded->material, 3 * sizeof(double));
+  memcpy(b->material + 3, b->loaded->material, 3 * sizeof(double));
+  b->model.region_count = 2;
+  b->model.tet_region = b->region;
+  b->model.material = b->material;
+}
+
+static void beam_close(beam *b) {
+  free(b->region);
+  thrum_model_free(b->loaded);
+}
+
+static void regions_add_up_to_the_mesh_of_their_moduli(void **state) {
+  (void)state;
+  static const double factors[2] = {1.3, 0.7};
+  beam b;
+  region_energy energy;
+  region_body body;
+  thrum_error error;
+  beam_open(&b);
+  const int64_t r = b.model.rank;
+  if (region_energy_open(&b.model, &energy, &error) < 0 ||
+      region_energy_body(&energy, factors, &body, &error) < 0)
+    fail_msg("%s", error.message);
+  assert_int_equal(energy.count, 2);
+
+  // the mesh of these moduli, at u = U q
+  thrum_model_fem fem = {0};
+  b.material[0] *= factors[0];
+  b.material[3] *= factors[1];
+  assert_int_equal(thrum_model_fem_elements(&b.model, &fem, &error), THRUM_OK);
+  random_state random = {2};
+  double *u = random_alloc(3 * b.model.vertex_count, sizeof *u), x[16], q[16] = {0};
+  double *work = random_alloc((int64_t)thrum_work_count(&body.model), sizeof *work);
+  random_vector(&random, r, 0.05, x);
+  for (int64_t i = 0; i < r; i++)
+    for (int64_t j = 0; j < r; j++)
+      q[i] += body.turn[i * r + j] * x[j];
+  for (int64_t c = 0; c < 3 * b.model.vertex_count; c++)
+    for (int64_t i = 0; i < r; i++)
+      u[c] += b.model.basis[c * r + i] * q[i];
+  const double full = thrum_fem_energy(&fem.fem, u, NULL);
+  assert_true(fabs(thrum_strain_energy(&body.model, x, work) / full - 1) < 1e-9);
+
+  // and by the parts
+  double parts = 0;
+  for (int g = 0; g < 2; g++) {
+    parts += factors[g] * thrum_strain_energy(body.parts[g].form, x, work);
+    for (int64_t i = 0; i < r * r; i++)
+      parts += factors[g] * 0.5 * body.parts[g].linear[i] * x[i / r] * x[i % r];
+  }
+  assert_true(fabs(parts / full - 1) < 1e-9);
+  free(u);
+  free(work);
+  thrum_model_fem_free(&fem);
+  region_body_free(&body);
+  region_energy_close(&energy);
+  beam_close(&b);
+}
+
+/* A ring-down of the body with other moduli, seen at its end, as a file. */
+static void record(const beam *b, const region_energy *energy, const double *factors, double dt) {
+  region_body body;
+  thrum_state *state = NULL;
+  const int64_t r = b->model.rank;
+  assert_int_equal(region_energy_body(energy, factors, &body, NULL), THRUM_OK);
+  double damping[16], start[16] = {0}, x[16], q[16];
+  for (int64_t i = 0; i < r; i++)
+    damping[i] = 2 * 0.02 * sqrt(body.model.omega2[i]);
+  body.model.damping = damping;
+  thrum_mode_add(&b->model, 0, 0.05, start, NULL);
+  thrum_mode_add(&b->model, 2, 0.01, start, NULL);
+  for (int64_t j = 0; j < r; j++) {
+    x[j] = 0;
+    for (int64_t i = 0; i < r; i++)
+      x[j] += body.turn[i * r + j] * start[i];
+  }
+  thrum_state_def def = thrum_default_state_def();
+  def.dt = dt;
+  def.tolerance = 1e-10;
+  assert_int_equal(thrum_state_create(&body.model, &def, &state, NULL), THRUM_OK);
+  assert_int_equal(thrum_state_set(&body.model, state, x, NULL, NULL), THRUM_OK);
+
+  load_target target;
+  load_vertices at = {0};
+  assert_int_equal(load_target_parse("near:1,0.05,0", "--at", &target, NULL), THRUM_OK);
+  assert_int_equal(load_target_find(&b->model, &target, &at, NULL), THRUM_OK);
+  FILE *file = fopen(in_folder("ring.csv"), "w");
+  assert_non_null(file);
+  fputs("time_s,near:1 0.05 0.y_m,near:1 0.05 0.z_m\n", file);
+  for (int n = 0; n < ROWS; n++) {
+    double mean[3];
+    assert_int_equal(thrum_state_get(&body.model, state, x, NULL, NULL), THRUM_OK);
+    for (int64_t i = 0; i < r; i++) {
+      q[i] = 0;
+      for (int64_t j = 0; j < r; j++)
+        q[i] += body.turn[i * r + j] * x[j];
+    }
+    thrum_displacement_mean(&b->model, at.list, at.count, q, mean, NULL);
+    fprintf(file, "%.17g,%.17g,%.17g\n", n * 4 * dt, mean[1], mean[2]);
+    assert_true(thrum_steps(&body.model, state, 4, NULL, NULL) >= 0);
+  }
+  assert_int_equal(fclose(file), 0);
+  load_vertices_free(&at);
+  thrum_state_destroy(state);
+  region_body_free(&body);
+}
+
+static void a_motion_tells_the_moduli_of_both_regions(void **state) {
+  (void)state;
+  static const double factors[2] = {1.2, 0.85};
+  const double dt = 0.004;
+  beam b;
+  region_energy energy;
+  thrum_error error;
+  beam_open(&b);
+  assert_int_equal(region_energy_open(&b.model, &energy, NULL), THRUM_OK);
+  record(&b, &energy, factors, dt);
+  region_energy_close(&energy);
+
+  // steps as those of the recording, so that it can be met exactly
+  start_spec starts[2];
+  assert_int_equal(start_spec_parse("mode:1,0.05", &starts[0], NULL), THRUM_OK);
+  assert_int_equal(start_spec_parse("mode:3,0.01", &starts[1], NULL), THRUM_OK);
+  char path[128];
+  snprintf(path, sizeof path, "%s", in_folder("ring.csv"));
+  const identify_request request = {.recording_path = path,
+                                    .young = true,
+                                    .ratio = true,
+                                    .ratio_count = 1,
+                                    .start_modes = 1,
+                                    .starts = starts,
+                                    .start_count = 2,
+                                    .dt = dt,
+                                    .iterations = 40};
+  identify_fit fit;
+  if (identify_fit_open(&request, &b.model, &fit, &error) < 0 || identify_fit_run(&fit, &error) < 0)
+    fail_msg("%s", error.message);
+  assert_true(fit.converged);
+  assert_int_equal(fit.count, 3);
+  assert_true(fabs(fit.parameters[0].value / (1e6 * factors[0]) - 1) < 1e-5);
+  assert_true(fabs(fit.parameters[1].value / (1e6 * factors[1]) - 1) < 1e-5);
+  assert_true(fabs(fit.parameters[2].value / 0.02 - 1) < 1e-5);
+  assert_true(fit.rms < 1e-6 * fit.motion);
+  identify_fit_close(&fit);
+  beam_close(&b);
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(regions_add_up_to_the_mesh_of_their_moduli),
+      cmocka_unit_test(a_motion_tells_the_moduli_of_both_regions),
+  };
+  return cmocka_run_group_tests(tests, make_beam, remove_folder);
+}
