@@ -4,7 +4,7 @@ _thrum() {
   local command=${COMP_WORDS[1]} previous=${COMP_WORDS[COMP_CWORD - 1]}
   [ "$command" = bench ] && [ "$COMP_CWORD" -gt 2 ] && command="bench ${COMP_WORDS[2]}"
   if [ "$COMP_CWORD" -eq 1 ]; then
-    words='help precompute mesh check convert simulate compare view static response experiments tradeoff verify info embed export bench schema'
+    words='help precompute mesh check convert simulate compare view static response identify experiments tradeoff verify info embed export bench schema'
   else
     case "$command $previous" in
     'bench bench') words='step kernels batch contact displacement precompute ' ;;
@@ -54,6 +54,7 @@ _thrum() {
   'response --follower-inertia') words='on off' ;;
   'response --stability') words='on off' ;;
   'response '*) words=' --output --mode --load --base-motion --from --to --damping --damping-ratio --q --at --harmonics --condense --follower-inertia --amplitude --stability --stability-steps --step --points --tolerance --start --check --check-error --options --json --quiet --help --help-all' ;;
+  'identify '*) words='--output --parameters --ratios --start-modes --start --damping --damping-ratio --dt --iterations --options --json --quiet --help' ;;
   'experiments '*) words='--long --sweep --step-sizes --work-precision --variable --extremes --linear --output --models --loads --schemes --amplitudes --subjects --time --dt --steps --threads --resume --json --quiet --help --list-jobs --job --collect' ;;
   'tradeoff --judge-by') words='displacement worse' ;;
   'tradeoff --law') words='stvk corotational neo-hookean' ;;
