@@ -314,6 +314,18 @@ static void arrays_of_a_condensed_model_that_do_not_fit_are_refused(void **conte
   bad = as_precomputed(&m, stepped);
   bad.slave_count = RANK;
   assert_int_equal(thrum_model_check(&bad, &error), THRUM_BAD_SHAPE);
+
+  // masters as many as coordinates, with all else that fits: nothing would follow
+  bad = as_precomputed(&m, stepped);
+  bad.slave_count = 0;
+  bad.slave_pairs = RANK * (RANK + 1) / 2;
+  bad.condensed_c3 = m.model.c3;
+  bad.condensed_c4 = m.model.c4;
+  bad.condensed_c3_count = m.model.c3_count;
+  bad.condensed_c4_count = m.model.c4_count;
+  assert_int_equal(thrum_model_check(&bad, &error), THRUM_BAD_SHAPE);
+  assert_non_null(strstr(error.message, "'slave_map' has 0 rows"));
+
   bad = m.model;
   bad.slave_count = 2;
   assert_int_equal(thrum_model_check(&bad, &error), THRUM_BAD_SHAPE);
