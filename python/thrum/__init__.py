@@ -19,8 +19,8 @@ from ._errors import (BadFile, BadValue, Error, InvalidArgument, Missing, ModelM
                       ProgramFailed, Status, Unsupported)
 from ._mesh import Mesh
 from ._native import integrators, library_path, version
-from ._program import (Run, check, compare, embed, export, info, mesh, precompute, program, run_program, simulate, static,
-                       tradeoff)
+from ._program import (Response, Run, check, compare, embed, export, info, mesh, precompute, program, response,
+                       run_program, simulate, static, tradeoff)
 from .batch import Batch
 from .equilibrium import Equilibrium
 from .gradient import Gradient, Rollout, rollout, value_and_gradient
@@ -37,8 +37,8 @@ __version__ = version()
 __all__ = [
     "BadFile", "BadValue", "Batch", "Body", "Energies", "Equilibrium", "Error", "Gradient", "InvalidArgument", "Link", "Load",
     "Look", "Mesh", "Missing", "Model", "ModelMismatch", "Monitor", "NodeStress", "NotConverged", "Obstacle",
-    "OutOfMemory", "Overlap", "ProgramFailed", "Pull", "Report", "Rollout", "Run", "Scene", "State", "Status", "Stress",
+    "OutOfMemory", "Overlap", "ProgramFailed", "Pull", "Report", "Response", "Rollout", "Run", "Scene", "State", "Status", "Stress",
     "StressNodes", "StressPoints", "Surface", "Touch", "Unsupported", "View",
     "check", "compare", "embed", "export", "info", "integrators", "library_path", "mesh", "precompute", "program",
-    "rollout", "run_program", "simulate", "static", "tradeoff", "value_and_gradient", "version", "view",
+    "response", "rollout", "run_program", "simulate", "static", "tradeoff", "value_and_gradient", "version", "view",
 ]

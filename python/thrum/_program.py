@@ -6,6 +6,7 @@ SPDX-License-Identifier: Apache-2.0
 from __future__ import annotations
 
 import csv
+import importlib
 import json
 import keyword
 import os
@@ -241,6 +242,60 @@ def simulate(model: ModelOrPath, output: Path, **options: Unpack[SimulateOptions
 def static(model: ModelOrPath, **options: Unpack[StaticOptions]) -> dict[str, Any]:
     """Runs `thrum static` on a Model, a model file or a mesh and returns its report; full=True solves the whole mesh."""
     return _run_on("static", model, **options)
+
+
+class Response:
+    """A curve of periodic motions, as `response` found it.
+
+    report: what the program printed. special: its folds, period doublings, tori and branch points, a dict each.
+    frequency (n) [Hz], unstable (n): multipliers outside of the unit circle, -1 where nobody looked; energy (n) [J];
+    kind (n): "regular", "fold", ...; peak (n x targets): largest displacement [m]; coefficients (n x (2 H + 1) x k): mean,
+    cosines and sines of the k coordinates that move.
+    """
+
+    def __init__(self, report: dict[str, Any], folder: str) -> None:
+        self.report = report
+        self.special: list[dict[str, Any]] = report["special"]
+        with open(os.path.join(folder, "response.csv"), newline="", encoding="utf-8") as file:
+            rows = list(csv.DictReader(file))
+        self.frequency = np.array([float(row["frequency_hz"]) for row in rows])
+        self.unstable = np.array([int(row["unstable"]) for row in rows])
+        self.energy = np.array([float(row["energy_j"]) for row in rows])
+        self.kind = np.array([row["kind"] for row in rows])
+        names = [f"peak{n + 1}_m" for n in range(len(report["at"]))]
+        self.peak = np.array([[float(row[name]) for name in names] for row in rows]).reshape(len(rows), len(names))
+        flat = np.load(os.path.join(folder, "coefficients.npy"))
+        self.coefficients = flat.reshape(len(rows), 2 * int(report["harmonics"]) + 1, int(report["coordinates"]))
+
+    def plot(self, axes: Any = None, target: int = 0) -> Any:
+        """Draws the largest displacement of a target over the frequency with matplotlib, stable motions in full and unstable ones
+        dashed, with dots at special points; returns the axes."""
+        if axes is None:
+            axes = importlib.import_module("matplotlib.pyplot").subplots()[1]
+        for unstable, style in ((False, "-"), (True, "--")):
+            shown = np.where((self.unstable > 0) == unstable, self.peak[:, target], np.nan)
+            axes.plot(self.frequency, shown, style, label="unstable" if unstable else "stable")
+        special = self.kind != "regular"
+        axes.plot(self.frequency[special], self.peak[special, target], "ko", label="special points")
+        axes.set_xlabel("frequency [Hz]")
+        axes.set_ylabel("largest displacement [m]")
+        axes.legend()
+        return axes
+
+    def __repr__(self) -> str:
+        ends = f"{self.frequency[0]:.6g} to {self.frequency[-1]:.6g} Hz" if len(self.frequency) else "nothing"
+        return f"<thrum.Response: {len(self.frequency)} motions, {ends}, {len(self.special)} special points>"
+
+
+def response(model: ModelOrPath, *, output: Path | None = None, **options: Any) -> Response:
+    """Runs `thrum response` on a Model or a model file: the backbone of mode=1, or the curve under load="sine:0,0,10@tip".
+
+    output: a folder that keeps the files; None: none stays. Options are those of the program, such as damping_ratio=[0.002, 0.004],
+    from_=20, to=30, at="tip", harmonics=7.
+    """
+    with tempfile.TemporaryDirectory(prefix="thrum-") as work:
+        folder = os.fspath(output) if output is not None else work
+        return Response(_run_on("response", model, output=folder, **options), folder)
 
 
 def tradeoff(model: ModelOrPath, output: Path, **options: Any) -> dict[str, Any]:

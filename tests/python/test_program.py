@@ -218,6 +218,26 @@ class Program(unittest.TestCase):
         with self.assertRaisesRegex(ValueError, "closed"):
             thrum.info(model)
 
+    def test_response(self):
+        folder = FOLDER + "/backbone"
+        curve = thrum.response(beam_file(), mode=1, amplitude=0.05, harmonics=5, output=folder)
+        count = len(curve.frequency)
+        self.assertEqual(count, curve.report["points"])
+        self.assertEqual(curve.peak.shape, (count, 1))
+        self.assertEqual(curve.coefficients.shape[:2], (count, 11))
+        self.assertTrue((curve.unstable == 0).all())
+        self.assertIn("motions", repr(curve))
+        self.assertTrue(os.path.exists(folder + "/response.csv"))
+
+        # a curve that keeps no files is the same
+        again = thrum.response(thrum.Model.load(beam_file()), mode=1, amplitude=0.05, harmonics=5)
+        np.testing.assert_array_equal(again.coefficients, curve.coefficients)
+        drawn = mock.Mock()
+        self.assertIs(curve.plot(drawn), drawn)
+        self.assertEqual(drawn.plot.call_count, 3)
+        with self.assertRaisesRegex(thrum.ProgramFailed, "which curve"):
+            thrum.response(beam_file())
+
     def test_surfaces(self):
         model = block()
         thrum.embed(model, (model.vertices, model.outer_triangles()), FOLDER + "/skin.npz")
