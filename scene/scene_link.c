@@ -635,7 +635,7 @@ thrum_contact_links scene_links_gather(thrum_scene *scene, int32_t group,
     int64_t second = *count;
     if (link->other < 0)
       members[(*count)++] =
-          (thrum_contact_member){.solid = &link->moving, .number = 2 * THRUM_SCENE_SOLID + n};
+          (thrum_contact_member){.solid = &link->moving, .number = LINK_MEMBERS + n};
     else
       second = member_of(members, bodies, link->other);
     link->tie.sides[0] = (thrum_link_side){member_of(members, bodies, link->body),

@@ -178,7 +178,7 @@ static int64_t add_solids(thrum_scene *scene, int32_t group, thrum_contact_membe
              thrum_contact_pairs_near(pairs->bounds + n, &solid->bound);
     if (near)
       members[count++] = (thrum_contact_member){
-          .skin = solid->skin, .solid = &solid->moving, .number = THRUM_SCENE_SOLID + s};
+          .skin = solid->skin, .solid = &solid->moving, .number = SOLID_MEMBERS + s};
   }
   return count;
 }

@@ -11,6 +11,10 @@
 
 /* A model as bodies step it: scaled, cut down, without a mesh. Shared by all bodies that want the
  * same; freed with the last of them. */
+/* Numbers of solids, and of ends of links, among the members of a step begin here. */
+#define SOLID_MEMBERS (INT32_C(1) << 20)
+#define LINK_MEMBERS (INT32_C(1) << 21)
+
 typedef struct scene_model {
   const thrum_model *from, *model; /* the same where nothing had to be changed */
   void *memory;                    /* of the latter; NULL then */

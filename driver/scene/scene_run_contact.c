@@ -32,15 +32,14 @@ typedef struct row_of_contact {
   double time;
 } row_of_contact;
 
-/* The name of what a body touched, by its number among bodies, solids and obstacles. */
-static void name_of(const scene_run *run, int32_t from, char name[SCENE_OVERLAP_NAME]) {
-  if (from < THRUM_SCENE_SOLID) {
-    snprintf(name, SCENE_OVERLAP_NAME, "%.60s", scene_bodies(&run->spec)[from].name);
+/* The name of what a body touched. */
+static void name_of(const scene_run *run, thrum_scene_thing from, char name[SCENE_OVERLAP_NAME]) {
+  if (from.kind == THRUM_SCENE_BODY) {
+    snprintf(name, SCENE_OVERLAP_NAME, "%.60s", scene_bodies(&run->spec)[from.number].name);
     return;
   }
-  const bool solid = from < THRUM_SCENE_OBSTACLE;
-  const int32_t number = from - (solid ? THRUM_SCENE_SOLID : THRUM_SCENE_OBSTACLE);
-  const int32_t index = scene_run_obstacle_index(run, solid, number);
+  const bool solid = from.kind == THRUM_SCENE_SOLID;
+  const int32_t index = scene_run_obstacle_index(run, solid, from.number);
   if (scene_obstacles(&run->spec)[index].name != NULL)
     snprintf(name, SCENE_OVERLAP_NAME, "%.60s", scene_obstacles(&run->spec)[index].name);
   else
@@ -48,7 +47,8 @@ static void name_of(const scene_run *run, int32_t from, char name[SCENE_OVERLAP_
 }
 
 /* Writes what one acts with on a body, where it does. */
-static bool write(const row_of_contact *row, int32_t body, int32_t from, const double f[3]) {
+static bool write(const row_of_contact *row, int32_t body, thrum_scene_thing from,
+                  const double f[3]) {
   char name[SCENE_OVERLAP_NAME];
   if (f[0] == 0 && f[1] == 0 && f[2] == 0)
     return true;
@@ -62,14 +62,14 @@ static bool write_obstacles(const row_of_contact *row, int32_t body) {
   bool done = true;
   for (int32_t n = 0; done && n < thrum_scene_obstacle_count(row->run->scene); n++) {
     double f[3];
-    const int32_t from = THRUM_SCENE_OBSTACLE + n;
+    const thrum_scene_thing from = {THRUM_SCENE_OBSTACLE, n};
     if (thrum_scene_contact_force(row->run->scene, body, from, f, NULL) >= 0)
       done = write(row, body, from, f);
   }
   return done;
 }
 
-/* Two that touch, and the force on the first of them, as thrum_scene_contact_force has it. */
+/* Two that touch, and the force on the first of them. */
 typedef struct met_pair {
   int32_t bodies[2];
   double force[3];
@@ -107,8 +107,9 @@ static bool write_touches(const row_of_contact *row, met_pair *pairs) {
       double f[3];
       for (int axis = 0; axis < 3; axis++)
         f[axis] = side == 0 ? pairs[n].force[axis] : 0.0 - pairs[n].force[axis];
-      if (pairs[n].bodies[side] < THRUM_SCENE_SOLID)
-        done = done && write(row, pairs[n].bodies[side], pairs[n].bodies[1 - side], f);
+      const thrum_scene_thing on = thrum_scene_thing_of(pairs[n].bodies[side]);
+      if (on.kind == THRUM_SCENE_BODY)
+        done = done && write(row, on.number, thrum_scene_thing_of(pairs[n].bodies[1 - side]), f);
     }
   return done;
 }

@@ -175,10 +175,10 @@ static void warn_of_overlap(const scene_run *run) {
 
 /* The name of a body or a solid that a touch is of. */
 static void name_met(const scene_run *run, int32_t number, char name[SCENE_OVERLAP_NAME]) {
-  const bool solid = number >= THRUM_SCENE_SOLID;
-  thrum_scene_overlap of = {.other = solid ? -1 : number,
-                            .obstacle = -1,
-                            .solid = solid ? number - THRUM_SCENE_SOLID : -1};
+  const thrum_scene_thing met = thrum_scene_thing_of(number);
+  const bool solid = met.kind == THRUM_SCENE_SOLID;
+  thrum_scene_overlap of = {
+      .other = solid ? -1 : met.number, .obstacle = -1, .solid = solid ? met.number : -1};
   scene_run_name_overlap(run, &of, name);
 }
 

@@ -274,27 +274,35 @@ THRUM_API thrum_status thrum_scene_set_collisions(thrum_scene *scene,
 /* Counters and energies of contact between the bodies; all zero where they do not touch. */
 THRUM_API thrum_contact_pairs_report thrum_scene_collisions(const thrum_scene *scene);
 
-/* Numbers of solids in touches begin here. */
-#define THRUM_SCENE_SOLID 1048576
-
 /* Touch `index` (0-based, below the report's touching) of the last step, or an impact behind them
- * (as many as the report's struck); its bodies are numbers of the scene's, those of solids after
- * THRUM_SCENE_SOLID. THRUM_INVALID_ARGUMENT beyond the last. */
+ * (as many as the report's struck); thrum_scene_thing_of says what its bodies are.
+ * THRUM_INVALID_ARGUMENT beyond the last. */
 THRUM_API thrum_status thrum_scene_collision(const thrum_scene *scene, int64_t index,
                                              thrum_pair_touch *touch, thrum_error *error);
 
-/* Numbers of obstacles in thrum_scene_contact_force begin here, and the number of all that a body
- * may touch. */
-#define THRUM_SCENE_OBSTACLE 2097152
-#define THRUM_SCENE_ANYTHING (-1)
+/* What a body touches, by its number among those of its kind. */
+typedef enum thrum_scene_kind {
+  THRUM_SCENE_ANYTHING = 0, /* all together; no number */
+  THRUM_SCENE_BODY = 1,
+  THRUM_SCENE_SOLID = 2,
+  THRUM_SCENE_OBSTACLE = 3
+} thrum_scene_kind;
 
-/* The force of contact on a body, mean over the last step [N], into `force`: of another body by its
- * number, of a solid by THRUM_SCENE_SOLID and its number, of an obstacle by THRUM_SCENE_OBSTACLE
- * and its number, or of all together by THRUM_SCENE_ANYTHING. Impacts that are listed count by
- * their impulse over the step. 0 of what did not touch. THRUM_INVALID_ARGUMENT for a number that
- * the scene does not have; the scene must not step meanwhile. */
+typedef struct thrum_scene_thing {
+  thrum_scene_kind kind;
+  int32_t number;
+} thrum_scene_thing;
+
+/* The body or the solid that a number in `bodies` of a touch stands for. Any thread. */
+THRUM_API thrum_scene_thing thrum_scene_thing_of(int32_t number);
+
+/* The force of contact on a body, mean over the last step [N], into `force`: of another body, of a
+ * solid, of an obstacle, or of anything. Impacts that are listed count by their impulse over the
+ * step. 0 of what did not touch. THRUM_INVALID_ARGUMENT for what the scene does not have; the scene
+ * must not step meanwhile. */
 THRUM_API thrum_status thrum_scene_contact_force(const thrum_scene *scene, int32_t body,
-                                                 int32_t from, double force[3], thrum_error *error);
+                                                 thrum_scene_thing from, double force[3],
+                                                 thrum_error *error);
 
 /* A body that lies inside an obstacle or another body. */
 typedef struct thrum_scene_overlap {

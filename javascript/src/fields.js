@@ -29,7 +29,7 @@ export function fieldsOf(memory, record) {
 
 const known = new WeakMap();
 
-/** The fields of a record by the names of options: `selfContact`, or `self_contact` as scene files have it. */
+/** The fields of a record by the names of options: `touchMax`, or `touch_max` as C has it. */
 function fieldsByName(memory, record) {
   if (!known.has(memory)) known.set(memory, {});
   const found = known.get(memory);

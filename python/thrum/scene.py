@@ -26,7 +26,6 @@ if TYPE_CHECKING:
 
     from ._keywords import BodyOptions, LinkOptions, ObstacleOptions, PairsOptions, SolidOptions
 
-_ANYTHING = -1  # THRUM_SCENE_ANYTHING
 _LINK_REPORT = ("drift", "largest_drift", "stored", "lost", "driven")
 
 
@@ -54,11 +53,11 @@ class Load:
 class Touch:
     """A point where two bodies touched in the last step: thrum_pair_touch in thrum/contact_pairs.h.
 
-    force [N] acts on the first body and its negative on the second; normal leads from the second to the first. Where
+    bodies: in place of a body the number of a solid, where one was touched. force [N] acts on the first body and its negative on the second; normal leads from the second to the first. Where
     they struck each other as a whole, impulse [N s] did so in place of a force.
     """
 
-    bodies: tuple[Body, Body]
+    bodies: tuple[Body | int, Body | int]
     position: Array
     force: Array
     normal: Array
@@ -238,14 +237,18 @@ class Body:
         """Number of its touches in the last step."""
         return int(self._info().contact.touching)
 
-    def contact_force(self, other: Body | None = None, *, obstacle: int | None = None) -> Array:
-        """Force of contact on it, mean over the last step [N]: of everything, of another body, or of an obstacle by number."""
-        if other is not None and obstacle is not None:
-            raise TypeError("contact_force takes a body or an obstacle, not both")
-        source = _ANYTHING if other is None else other.number
+    def contact_force(self, other: Body | None = None, *, obstacle: int | None = None, solid: int | None = None) -> Array:
+        """Force of contact on it, mean over the last step [N]: of everything, of another body, or of an obstacle or solid by number."""
+        if sum(of is not None for of in (other, obstacle, solid)) > 1:
+            raise TypeError("contact_force takes a body, an obstacle or a solid, and one of them")
+        kind, number = (lib.THRUM_SCENE_ANYTHING, 0) if other is None else (lib.THRUM_SCENE_BODY, other.number)
+        if obstacle is not None:
+            kind, number = lib.THRUM_SCENE_OBSTACLE, obstacle
+        if solid is not None:
+            kind, number = lib.THRUM_SCENE_SOLID, solid
         force = ffi.new("double[3]")
         self.scene._call(lib.thrum_scene_contact_force, self.number,
-                         source if obstacle is None else lib.THRUM_SCENE_OBSTACLE + obstacle, force)
+                         ffi.new("thrum_scene_thing *", {"kind": kind, "number": number})[0], force)
         return _native.read_only(np.array(list(force)))
 
     @property
@@ -405,7 +408,7 @@ class Scene:
 
         triangles: its outer triangles (m x 3), for wind and contact; touch: 0-based vertices that may touch obstacles,
         or "all" of the triangles. state: the other options of `State`. All options are fields of thrum_scene_body_def
-        (thrum/fields.h), such as position, rotation (quaternion w, x, y, z), free, velocity, spin and self_contact.
+        (thrum/fields.h), such as position, rotation (quaternion w, x, y, z), free, velocity and spin.
         """
         handle = model._handle()
         made = Def("body", dict(options), model.vertex_count)
@@ -547,7 +550,8 @@ class Scene:
         collisions = self.collisions
         for index in range(int(collisions["touching"] + collisions["struck"])):
             self._call(lib.thrum_scene_collision, index, touch)
-            first, second = (self.bodies[number] for number in touch.bodies)
+            things = [lib.thrum_scene_thing_of(number) for number in touch.bodies]
+            first, second = (self.bodies[thing.number] if thing.kind == lib.THRUM_SCENE_BODY else thing.number for thing in things)
             position, force, normal, impulse = (_native.read_only(np.array(list(getattr(touch, name))))
                                                 for name in ("position", "force", "normal", "impulse"))
             found.append(Touch((first, second), position, force, normal, touch.distance, impulse))

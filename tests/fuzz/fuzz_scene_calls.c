@@ -190,8 +190,10 @@ static void look_around(thrum_scene *scene, fuzz_draw *draw) {
   thrum_pair_touch touch;
   fuzz_check(thrum_scene_collision(scene, draw_index(draw, 4), &touch, &error), &error);
   double force[3];
-  fuzz_check(thrum_scene_contact_force(scene, draw_number(draw, thrum_scene_body_count(scene)),
-                                       (int32_t)draw_index(draw, 4) - 1, force, &error),
+  const thrum_scene_thing from = {(thrum_scene_kind)draw_index(draw, 5),
+                                  (int32_t)draw_number(draw, thrum_scene_body_count(scene))};
+  fuzz_check(thrum_scene_contact_force(scene, draw_number(draw, thrum_scene_body_count(scene)), from,
+                                       force, &error),
              &error);
   const int32_t probe = draw_number(draw, thrum_scene_probe_count(scene));
   if ((thrum_scene_probe_name(scene, probe) == NULL) != (thrum_scene_probe_body(scene, probe) < 0))

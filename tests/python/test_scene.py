@@ -110,6 +110,9 @@ class Fields(unittest.TestCase):
                 body = scene.add_body(model, free=True, triangles=model.outer_triangles(), position=(0, 0, 0.11))
                 scene.step(150)
                 self.assertGreater(body.matrix[2, 3], 0.05)
+                touched = [touch.bodies for touch in scene.touches]
+                self.assertTrue(all(set(map(type, bodies)) == {thrum.Body, int} for bodies in touched), touched)
+                np.testing.assert_allclose(body.contact_force(solid=0), body.contact_force())
 
 
 class Scenes(unittest.TestCase):

@@ -9,6 +9,8 @@
 #include "tests/support/sanitized.h"
 #include "tests/support/scene_call.h"
 
+static const thrum_scene_thing anything = {THRUM_SCENE_ANYTHING, 0};
+
 #define GRAVITY 9.81
 #define RADIUS 0.5
 
@@ -259,7 +261,7 @@ static void forces_of_contact_are_the_change_of_momentum(void **context) {
     add_ground(scene, (ground)on);
     add_stiff(scene, f, RADIUS + 0.05);
     add_stiff(scene, f, 3 * RADIUS + 0.1);
-    const int32_t from = on == PLANE ? THRUM_SCENE_OBSTACLE : THRUM_SCENE_SOLID;
+    const thrum_scene_thing from = {on == PLANE ? THRUM_SCENE_OBSTACLE : THRUM_SCENE_SOLID, 0};
 
     double sum[3] = {0}, between = 0;
     const int steps = LENGTH_OF_RUN(500, 100);
@@ -268,8 +270,9 @@ static void forces_of_contact_are_the_change_of_momentum(void **context) {
       double all[2][3], down[3], other[2][3];
       MUST(thrum_scene_step(scene, &failure));
       for (int32_t ball = 0; ball < 2; ball++) {
-        MUST(thrum_scene_contact_force(scene, ball, THRUM_SCENE_ANYTHING, all[ball], &failure));
-        MUST(thrum_scene_contact_force(scene, ball, 1 - ball, other[ball], &failure));
+        MUST(thrum_scene_contact_force(scene, ball, anything, all[ball], &failure));
+        MUST(thrum_scene_contact_force(
+            scene, ball, ((thrum_scene_thing){THRUM_SCENE_BODY, 1 - ball}), other[ball], &failure));
       }
       MUST(thrum_scene_contact_force(scene, 0, from, down, &failure));
 
@@ -301,18 +304,21 @@ static void a_force_of_nothing_in_the_scene_is_refused(void **context) {
   const fixture *f = *context;
   thrum_scene *scene = NULL;
   double force[3] = {1, 2, 3};
-  static const int32_t wrong[] = {1, -2, THRUM_SCENE_SOLID, THRUM_SCENE_OBSTACLE + 1};
+  static const thrum_scene_thing wrong[] = {{THRUM_SCENE_BODY, 1},
+                                            {THRUM_SCENE_BODY, -2},
+                                            {THRUM_SCENE_SOLID, 0},
+                                            {THRUM_SCENE_OBSTACLE, 1}};
   MUST(thrum_scene_make(0.002, &scene, &failure));
   add_ground(scene, PLANE);
   add_stiff(scene, f, 2);
   for (int n = 0; n < 4; n++)
     assert_int_equal(thrum_scene_contact_force(scene, 0, wrong[n], force, &failure),
                      THRUM_INVALID_ARGUMENT);
-  assert_true(thrum_scene_contact_force(scene, 1, THRUM_SCENE_ANYTHING, force, &failure) < 0);
+  assert_true(thrum_scene_contact_force(scene, 1, anything, force, &failure) < 0);
   assert_true(force[0] == 1 && force[1] == 2 && force[2] == 3);
 
   // nothing touches before the first step
-  MUST(thrum_scene_contact_force(scene, 0, THRUM_SCENE_ANYTHING, force, &failure));
+  MUST(thrum_scene_contact_force(scene, 0, anything, force, &failure));
   assert_true(force[0] == 0 && force[1] == 0 && force[2] == 0);
   thrum_scene_free(scene);
 }
@@ -478,7 +484,7 @@ static double speed_at_rest(const shape *cube, const shape *slab, int on, double
       sum += sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]) / (double)vertices;
     }
     most = fmax(most, sum);
-    MUST(thrum_scene_contact_force(scene, 0, THRUM_SCENE_ANYTHING, force, &failure));
+    MUST(thrum_scene_contact_force(scene, 0, anything, force, &failure));
     *share += force[2] / (1000 * info.mass * GRAVITY);
   }
   thrum_scene_free(scene);
