@@ -17,6 +17,7 @@
 #include "driver/make/model_coordinates.h"
 #include "driver/make/named_model.h"
 #include "driver/make/precompute_touch.h"
+#include "driver/model/frequency_gradient.h"
 #include "driver/model/locking.h"
 #include "driver/model/model_cut.h"
 #include "driver/model/model_meta.h"
@@ -44,7 +45,8 @@ typedef struct info {
   cJSON *meta;         /* NULL when the model has none or it is no JSON object */
   thrum_state_def def; /* whose steps are meant */
   bool steps_named;    /* by --dt or --integrator */
-  bool touch_asked;
+  bool touch_asked, gradient_asked;
+  frequency_gradient gradient; /* where it was asked for */
   split_counts split;
   thrum_stepped_mode *stepped; /* rank */
   double file_bytes;
@@ -63,7 +65,7 @@ typedef struct info_request {
   thrum_integrator integrator; /* -1: not given */
   load_spec loads[LOADS_MAX];
   int64_t load_count;
-  bool touch;
+  bool touch, gradient;
   bool json;
 } info_request;
 
@@ -89,6 +91,10 @@ static const config_option options[] = {
                 "measure by how much of what the mesh gives (linear) the model follows pulls all "
                 "over its surface; a model of thrum precompute --touch says it unasked",
                 CONFIG_AT(info_request, touch)),
+    OPTION_FLAG("gradient",
+                "by how much the frequencies of the linear modes change with Young's modulus, "
+                "Poisson's ratio and density of each region, in the whole mesh",
+                CONFIG_AT(info_request, gradient)),
 
     OPTION_JSON(info_request),
     OPTION_HELP,
@@ -114,6 +120,7 @@ const config_command command_info = {
                 "info horse\n"
                 "info beam.npz --load 'constant:0,0,-1@tip'\n"
                 "info horse --touch\n"
+                "info beam.npz --gradient\n"
                 "info horse --dt 0.003 --integrator energy\n"
                 "info beam.npz --dt 0.001 --json\n"
                 "info run\n"
@@ -231,6 +238,22 @@ static void add_laws(cJSON *object, const info *about) {
   }
 }
 
+/* Relative changes, a row for each mode, with a number for each region. */
+static void add_gradient(cJSON *object, const info *about) {
+  const frequency_gradient *g = &about->gradient;
+  if (!about->gradient_asked)
+    return;
+  cJSON *list = cJSON_AddArrayToObject(object, "frequency_gradient");
+  for (int64_t i = 0; i < g->modes; i++) {
+    cJSON *row = json_add_row(list);
+    json_number(row, "mode", (double)i + 1);
+    json_number(row, "frequency_hz", about->hertz[i]);
+    json_numbers(row, "young", g->young + i * g->regions, g->regions);
+    json_numbers(row, "poisson", g->poisson + i * g->regions, g->regions);
+    json_numbers(row, "density", g->density + i * g->regions, g->regions);
+  }
+}
+
 /* Adds what the cubature points were trained on, null where the file does not say it. */
 static void add_training(cJSON *object, const thrum_model *model) {
   const double *training = model->point_training;
@@ -272,6 +295,7 @@ static cJSON *make_report(const info *about) {
   json_number(object, "explicit_modes", (double)about->split.explicit_modes);
   json_number(object, "implicit_modes", (double)about->split.implicit_modes);
   add_stepped(object, about);
+  add_gradient(object, about);
 
   // the metadata of the precompute, where the file has it
   cJSON *residuals = cJSON_AddObjectToObject(object, "residuals");
@@ -355,6 +379,26 @@ static void print_linear_frequencies(const info *about) {
     if (cJSON_IsNumber(item))
       print_frequency("linear modes", item->valuedouble, n++, count);
   }
+}
+
+/* How many of the basis vectors are modes of the mesh; all, where the model does not say. */
+static int64_t linear_modes(const info *about) {
+  const int count = cJSON_GetArraySize(model_meta_find(about->meta, NULL, "frequencies_hz"));
+  return count > 0 && count < about->model->rank ? count : about->model->rank;
+}
+
+/* By how much of itself a frequency changes, a line for each mode and region. */
+static void print_gradient(const info *about) {
+  const frequency_gradient *g = &about->gradient;
+  print_line("gradient", "change of a frequency, relative\n");
+  print_line("",
+             "mode      f [Hz]   region   for 1 %% of E   for 0.01 of nu   for 1 %% of density\n");
+  for (int64_t i = 0; i < g->modes; i++)
+    for (int64_t m = 0; m < g->regions; m++) {
+      const int64_t at = i * g->regions + m;
+      print_line("", "%4" PRId64 "  %10.5g   %6" PRId64 "   %+11.4f %%   %+12.4f %%   %+16.4f %%\n",
+                 i + 1, about->hertz[i], m + 1, g->young[at], g->poisson[at], g->density[at]);
+    }
 }
 
 /* Each mode beside the frequency that a step gives it, and what a second leaves of its amplitude
@@ -538,6 +582,8 @@ static void print_table(const info *about, cJSON *report) {
   report_print(report, more, REPORT_LABEL_WIDE, split);
   if (about->steps_named)
     print_stepped(about);
+  if (about->gradient_asked)
+    print_gradient(about);
   report_end(report, more, REPORT_LABEL_WIDE, tail);
 }
 
@@ -591,6 +637,8 @@ static thrum_status gather(info *about, thrum_error *error) {
   THRUM_TRY(split_at(about->steps, about->def.dt, &about->split, error));
   if (about->touch_asked)
     THRUM_TRY(measure_touch(about, error));
+  if (about->gradient_asked)
+    THRUM_TRY(frequency_gradient_find(model, linear_modes(about), &about->gradient, error));
   return about->load_count == 0 ? THRUM_OK : measure_loads(about, error);
 }
 
@@ -608,7 +656,7 @@ static int say_run(const info_request *request) {
   if (recorded_folder_check(request->path, ", or a model file", &error) < 0)
     return config_refuse(&error);
   if (request->dt > 0 || request->integrator != (thrum_integrator)-1 || request->load_count > 0 ||
-      request->touch)
+      request->touch || request->gradient)
     return config_usage("info", "%s is the folder of a run: all options but --json go with a model",
                         request->path);
   return info_run(request->path, request->json, &error) < 0 ? config_refuse(&error) : COMMAND_DONE;
@@ -626,6 +674,7 @@ int cmd_info(int argc, char **argv) {
                 .def = thrum_default_state_def(),
                 .steps_named = request.dt > 0 || request.integrator != (thrum_integrator)-1,
                 .touch_asked = request.touch,
+                .gradient_asked = request.gradient,
                 .loads = request.loads,
                 .shares = shares,
                 .load_count = request.load_count,
@@ -651,6 +700,7 @@ int cmd_info(int argc, char **argv) {
   else if (status >= 0)
     print_table(&about, make_report(&about));
   cJSON_Delete(about.meta);
+  frequency_gradient_free(&about.gradient);
   free(about.hertz);
   free(about.stepped);
   free(about.steps_memory);
