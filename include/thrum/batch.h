@@ -38,6 +38,38 @@ THRUM_API thrum_status thrum_batch_step(const thrum_model *model, thrum_state *c
                                         int64_t count, thrum_status *statuses, void *workspace,
                                         size_t workspace_size, thrum_error *error);
 
+/* --- batches as arrays --------------------------------------------------------------------------
+ *
+ * What goes in and out of all states of a batch at once. Row n of an array belongs to state n: rank
+ * doubles, which begin `stride` doubles behind those of row n - 1. A stride of 0 gives all states
+ * the same row, where rows are read.
+ *
+ * Each function goes on after a state that it cannot serve: that state, and its row, stay as they
+ * were, and the failure of the first one is returned, with its number in the message. Failures are
+ * those of the function for one state; THRUM_INVALID_ARGUMENT for NULL, a count or a stride below
+ * 0, and a stride below the rank where rows are written. Nothing is allocated. */
+
+/* Sets the loads of the steps to come: thrum_state_set_force. `forces` NULL: no loads. */
+THRUM_API thrum_status thrum_batch_set_forces(const thrum_model *model, thrum_state *const *states,
+                                              int64_t count, const double *forces, int64_t stride,
+                                              thrum_error *error);
+
+/* Sets q and p: thrum_state_set. Either may be NULL: zero. `chosen` (count, NULL: all) is 0 where a
+ * state stays as it is, such as all but those that begin anew. */
+THRUM_API thrum_status thrum_batch_set(const thrum_model *model, thrum_state *const *states,
+                                       int64_t count, const uint8_t *chosen, const double *q,
+                                       const double *p, int64_t stride, thrum_error *error);
+
+/* Writes q and p: thrum_state_get. Either may be NULL. */
+THRUM_API thrum_status thrum_batch_get(const thrum_model *model, thrum_state *const *states,
+                                       int64_t count, double *q, double *p, int64_t stride,
+                                       thrum_error *error);
+
+/* Writes the energies, `count` of them: thrum_state_energies. */
+THRUM_API thrum_status thrum_batch_energies(const thrum_model *model, thrum_state *const *states,
+                                            int64_t count, thrum_energies *energies,
+                                            thrum_error *error);
+
 #ifdef __cplusplus
 }
 #endif

@@ -419,10 +419,10 @@ class Model:
         from .state import State
         return State(self, integrator=integrator, dt=dt, **options)
 
-    def batch(self, states: Sequence[State]) -> Batch:
-        """States of this model that are stepped together."""
+    def batch(self, states: Sequence[State], threads: int = 1) -> Batch:
+        """States of this model that are stepped together, by so many threads."""
         from .batch import Batch
-        return Batch(self, states)
+        return Batch(self, states, threads)
 
     def equilibrium(self, load: Any, q: Any = None, **options: Unpack[EquilibriumOptions]) -> Equilibrium:
         """The static equilibrium under a load (r), followed from rest or from the equilibrium q (r).

@@ -52,6 +52,14 @@ static void use_state(const thrum_model *model, fuzz_draw *draw) {
     thrum_state *both[] = {state, copy};
     fuzz_check(thrum_batch_step(model, both, 2, NULL, workspace, work, &error), &error);
     free(workspace);
+
+    // what goes in and out of both
+    static double rows[2 * RANK_MOST];
+    thrum_energies found[2];
+    fuzz_check(thrum_batch_get(model, both, 2, rows, NULL, model->rank, &error), &error);
+    fuzz_check(thrum_batch_set(model, both, 2, NULL, rows, p, 0, &error), &error);
+    fuzz_check(thrum_batch_set_forces(model, both, 2, force, 0, &error), &error);
+    fuzz_check(thrum_batch_energies(model, both, 2, found, &error), &error);
   }
 
   static thrum_stepped_mode modes[RANK_MOST];

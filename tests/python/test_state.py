@@ -204,6 +204,60 @@ class Batches(unittest.TestCase):
         with self.assertRaisesRegex(ValueError, "closed"):
             model.batch([state])
 
+    def test_arrays_of_a_batch_are_those_of_its_states(self):
+        model = beam()
+        for threads in (1, 3):
+            states, alone = ([model.state(damping_alpha=0.1 * k) for k in range(7)] for _ in range(2))
+            batch = model.batch(states, threads)
+            random = np.random.default_rng(1)
+            q, p, force = (random.standard_normal((7, model.rank)) * size for size in (1e-3, 0.1, 5.0))
+            batch.set(q, p)
+            batch.force = force
+            for state, a, b, f in zip(alone, q, p, force):
+                state.set(a, b)
+                state.force = f
+                state.step(5)
+            self.assertEqual(batch.step(5).tolist(), [0] * 7)
+            np.testing.assert_array_equal(batch.q, [state.q for state in alone])
+            np.testing.assert_array_equal(batch.p, [state.p for state in alone])
+            np.testing.assert_array_equal(batch.force, force)
+            np.testing.assert_array_equal(states[3].force, force[3])
+            np.testing.assert_array_equal(batch.energies["total"], [state.energies.total for state in alone])
+
+            # some begin anew, and all are pulled alike
+            before = batch.q
+            batch.set(0.01 * np.eye(model.rank)[0], where=np.arange(7) == 2)
+            self.assertEqual(batch.q[2, 0], 0.01)
+            np.testing.assert_array_equal(np.delete(batch.q, 2, 0), np.delete(before, 2, 0))
+            batch.force = force[0]
+            np.testing.assert_array_equal(batch.force, np.tile(force[0], (7, 1)))
+            batch.force = None
+            self.assertFalse(batch.force.any())
+
+            # a rollout is the same step by step
+            loads = 3 * random.standard_normal((7, 6, model.rank))
+            motion, statuses = batch.rollout(q, loads, p)
+            self.assertEqual((motion.shape, statuses.any()), ((7, 6, model.rank), False))
+            batch.set(q, p)
+            for n in range(6):
+                batch.force = loads[:, n]
+                batch.step()
+                np.testing.assert_array_equal(motion[:, n], batch.q)
+
+            # what does not fit is refused, and nothing is changed
+            before = batch.q
+            for wrong in (lambda: batch.set(q[:3]), lambda: batch.set(q, where=[1] * 7), lambda: batch.rollout(q, loads[0]),
+                          lambda: setattr(batch, "force", force[:, :3])):
+                with self.assertRaises(ValueError):
+                    wrong()
+            np.testing.assert_array_equal(batch.q, before)
+            broken, held = force.copy(), batch.force
+            broken[4, 1] = np.nan
+            with self.assertRaisesRegex(thrum.BadValue, "state 4"):
+                batch.force = broken
+            np.testing.assert_array_equal(batch.force, held)
+            np.testing.assert_array_equal([state.force for state in states], held)
+
     def test_a_state_that_fails_stops_alone(self):
         model = beam()
         batch = model.batch([struck(model), struck(model, integrator="rk4", dt=0.05)])

@@ -554,6 +554,79 @@ static void a_missing_state_is_named_and_the_others_step(void **context) {
   random_model_free(&m);
 }
 
+/* Arrays in and out of a batch, and the same state by state, with rows that lie apart. */
+static void arrays_of_a_batch_are_those_of_its_states(void **context) {
+  (void)context;
+  enum { COUNT = 5, RANK = 6, STRIDE = 9 };
+  random_model m;
+  random_model_make(&m, 3, RANK, 5, 40, INFINITY);
+  const thrum_model *model = &m.model;
+  thrum_state *states[COUNT];
+  double in[COUNT * STRIDE], q[COUNT * STRIDE], p[COUNT * STRIDE], alone[2][RANK];
+  const uint8_t chosen[COUNT] = {1, 0, 1, 1, 0};
+  thrum_energies energies[COUNT];
+  random_state random = {5};
+  random_vector(&random, COUNT * STRIDE, 0.2, in);
+  for (int n = 0; n < COUNT; n++) {
+    const thrum_state_def def = energy(n);
+    states[n] = state_make(model, &def);
+  }
+
+  // set where chosen, got everywhere, with nothing between the rows touched
+  assert_int_equal(thrum_batch_set(model, states, COUNT, chosen, in, NULL, STRIDE, NULL), THRUM_OK);
+  assert_int_equal(thrum_batch_set_forces(model, states, COUNT, in, 0, NULL), THRUM_OK);
+  for (int n = 0; n < COUNT; n++)
+    assert_int_equal(thrum_step(model, states[n], NULL), THRUM_OK);
+  for (int n = 0; n < COUNT * STRIDE; n++)
+    q[n] = p[n] = 7;
+  assert_int_equal(thrum_batch_get(model, states, COUNT, q, p, STRIDE, NULL), THRUM_OK);
+  assert_int_equal(thrum_batch_energies(model, states, COUNT, energies, NULL), THRUM_OK);
+  for (int n = 0; n < COUNT; n++) {
+    thrum_energies one;
+    const thrum_state_def def = energy(n);
+    thrum_state *twin = state_make(model, &def);
+    state_put(model, twin, chosen[n] ? in + STRIDE * n : NULL, NULL);
+    state_push(model, twin, in);
+    assert_int_equal(thrum_step(model, twin, NULL), THRUM_OK);
+    assert_memory_equal(twin, states[n], thrum_state_kept_bytes(twin));
+    assert_int_equal(thrum_state_get(model, twin, alone[0], alone[1], NULL), THRUM_OK);
+    assert_int_equal(thrum_state_energies(model, twin, &one, NULL), THRUM_OK);
+    assert_memory_equal(alone[0], q + STRIDE * n, sizeof alone[0]);
+    assert_memory_equal(alone[1], p + STRIDE * n, sizeof alone[1]);
+    assert_memory_equal(&one, &energies[n], sizeof one);
+    for (int k = RANK; k < STRIDE; k++)
+      assert_true(q[STRIDE * n + k] == 7);
+    state_free(twin);
+  }
+
+  // a row that cannot be set is named, and the others are set
+  thrum_error error = {.status = THRUM_OK};
+  in[STRIDE + 2] = NAN;
+  assert_int_equal(thrum_batch_set(model, states, COUNT, NULL, in, NULL, STRIDE, &error),
+                   THRUM_BAD_VALUE);
+  assert_non_null(strstr(error.message, "state 1: "));
+  memcpy(alone[0], q + STRIDE, sizeof alone[0]);
+  assert_int_equal(thrum_batch_get(model, states, COUNT, q, NULL, STRIDE, NULL), THRUM_OK);
+  assert_memory_equal(alone[0], q + STRIDE, sizeof alone[0]);
+  assert_memory_equal(in + 4 * STRIDE, q + 4 * STRIDE, sizeof alone[0]);
+  assert_int_equal(thrum_batch_set_forces(model, states, COUNT, in, STRIDE, &error),
+                   THRUM_BAD_VALUE);
+
+  // calls that say nothing
+  assert_int_equal(thrum_batch_get(model, states, COUNT, q, p, RANK - 1, NULL),
+                   THRUM_INVALID_ARGUMENT);
+  assert_int_equal(thrum_batch_set_forces(model, NULL, COUNT, in, 0, NULL), THRUM_INVALID_ARGUMENT);
+  assert_int_equal(thrum_batch_set_forces(model, states, COUNT, in, -1, NULL),
+                   THRUM_INVALID_ARGUMENT);
+  assert_int_equal(thrum_batch_set(NULL, states, COUNT, NULL, in, in, 0, NULL),
+                   THRUM_INVALID_ARGUMENT);
+  assert_int_equal(thrum_batch_energies(model, states, COUNT, NULL, NULL), THRUM_INVALID_ARGUMENT);
+  assert_int_equal(thrum_batch_energies(model, NULL, 0, NULL, NULL), THRUM_OK);
+  for (int n = 0; n < COUNT; n++)
+    state_free(states[n]);
+  random_model_free(&m);
+}
+
 static void fast_kernels_have_passes_for_batches(void **context) {
   (void)context;
   static const thrum_kernel_id fast[] = {THRUM_KERNEL_AVX2, THRUM_KERNEL_AVX512};
@@ -576,6 +649,9 @@ int main(void) {
       cmocka_unit_test(a_long_list_of_many_kinds_keeps_its_bits),
       cmocka_unit_test(a_state_that_is_listed_again_steps_again),
       cmocka_unit_test(states_that_fall_back_or_fail_do_as_alone_and_spoil_no_other),
+
+      // what goes in and out
+      cmocka_unit_test(arrays_of_a_batch_are_those_of_its_states),
 
       // what is refused
       cmocka_unit_test(bad_batches_and_workspaces_are_refused),
