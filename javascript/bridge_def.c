@@ -7,6 +7,7 @@ static union {
   thrum_scene_link_def link;
   thrum_scene_solid_def solid;
   thrum_contact_pairs_def pairs;
+  thrum_scene_wind_def wind;
   thrum_obstacle obstacle;
 } def;
 

@@ -33,10 +33,9 @@ int32_t EXPORT(js_scene_gravity)(thrum_scene *scene) {
   return thrum_scene_set_gravity(scene, js_number, &js_failure);
 }
 
-/* numbers: velocity of the air 3, density, drag. */
+/* The def's wind. */
 int32_t EXPORT(js_scene_wind)(thrum_scene *scene) {
-  const double *n = js_number;
-  return thrum_scene_set_wind(scene, n, n[3], n[4], &js_failure);
+  return thrum_scene_set_wind(scene, js_def_made(), &js_failure);
 }
 
 /* Turns the def's obstacle by a quaternion, numbers 4. */

@@ -61,7 +61,7 @@ def numbers(headers: str) -> str:
 
 # what takes keywords, the rows of its fields, and the keywords that have parameters of their own
 RECORDS = [("Body", "BODY", ["touch"]), ("Obstacle", "OBSTACLE", []), ("Solid", "SOLID", []), ("Link", "LINK", ["kind"]),
-           ("Pairs", "PAIRS", [])]
+           ("Pairs", "PAIRS", []), ("Wind", "WIND", ["velocity"])]
 TYPES = {"NUMBER": "float", "COUNT": "int", "WHOLE": "int", "FLAG": "bool", "OBSTACLE_SHAPE": "str", "SOLID_SHAPE": "str",
          "LINK_KIND": "str"}
 
@@ -79,7 +79,7 @@ def options(headers: str, compiler: str) -> str:
         return "".join(re.findall(r'"((?:[^"\\]|\\.)*)"', pieces)).replace('\\"', "'")
 
     lines = ["from __future__ import annotations", "", "from typing import Any, TypedDict"]
-    for (name, _, own), body in zip(RECORDS, re.findall(r"\{(?:Body|Obstacle|Solid|Link|Pairs) (.*?\|>)\s*\}", text, re.DOTALL)):
+    for (name, _, own), body in zip(RECORDS, re.findall(r"\{(?:Body|Obstacle|Solid|Link|Pairs|Wind) (.*?\|>)\s*\}", text, re.DOTALL)):
         lines += ["", "", f"class {name}Options(TypedDict, total=False):"]
         for kind, member, unit, words, about in re.findall(r"<\|(.*?)\|(.*?)\|(.*?)\|(.*?)\|(.*?)\|>", body, re.DOTALL):
             if member not in own:

@@ -18,6 +18,11 @@ thrum_scene_solid_def thrum_default_scene_solid_def(void) {
                                  THRUM_SOLID_FIELDS(THRUM_VALUE)};
 }
 
+thrum_scene_wind_def thrum_default_scene_wind_def(void) {
+  return (thrum_scene_wind_def){.cookie = sizeof(thrum_scene_wind_def),
+                                THRUM_WIND_FIELDS(THRUM_VALUE)};
+}
+
 thrum_scene_link_def thrum_default_scene_link_def(void) {
   return (thrum_scene_link_def){
       .cookie = sizeof(thrum_scene_link_def), .other = -1, THRUM_LINK_FIELDS(THRUM_VALUE)};
@@ -81,6 +86,9 @@ static const thrum_field of_solid[] = {THRUM_SOLID_FIELDS(FIELD)};
 #define TYPE thrum_scene_link_def
 static const thrum_field of_link[] = {THRUM_LINK_FIELDS(FIELD)};
 #undef TYPE
+#define TYPE thrum_scene_wind_def
+static const thrum_field of_wind[] = {THRUM_WIND_FIELDS(FIELD)};
+#undef TYPE
 #define TYPE thrum_contact_pairs_def
 static const thrum_field of_pairs[] = {THRUM_PAIRS_FIELDS(FIELD)};
 #undef TYPE
@@ -103,6 +111,8 @@ static const struct {
         RECORD(of_link, thrum_scene_link_def, "thrum_default_scene_link_def"),
     [THRUM_SCENE_RECORD_PAIRS] =
         RECORD(of_pairs, thrum_contact_pairs_def, "thrum_default_contact_pairs_def"),
+    [THRUM_SCENE_RECORD_WIND] =
+        RECORD(of_wind, thrum_scene_wind_def, "thrum_default_scene_wind_def"),
 #undef RECORD
 };
 
@@ -135,6 +145,9 @@ void thrum_scene_record_default(thrum_scene_record record, void *def) {
     break;
   case THRUM_SCENE_RECORD_PAIRS:
     *(thrum_contact_pairs_def *)def = thrum_default_contact_pairs_def();
+    break;
+  case THRUM_SCENE_RECORD_WIND:
+    *(thrum_scene_wind_def *)def = thrum_default_scene_wind_def();
     break;
   }
 }
@@ -176,6 +189,7 @@ thrum_status scene_fields_check(thrum_scene_record record, const void *def, thru
     thrum_scene_link_def link;
     thrum_scene_solid_def solid;
     thrum_contact_pairs_def pairs;
+    thrum_scene_wind_def wind;
     thrum_obstacle obstacle;
   } defaults;
   int64_t count;

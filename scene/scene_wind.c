@@ -15,6 +15,7 @@
 
 #include "scene/scene_wind.h"
 
+#include "scene/scene_fields.h"
 #include "scene/scene_placement.h"
 #include "scene/scene_shape.h"
 
@@ -23,14 +24,14 @@
 #include <math.h>
 #include <string.h>
 
-thrum_status thrum_scene_set_wind(thrum_scene *scene, const double velocity[3], double density,
-                                  double drag, thrum_error *error) {
-  const double air = 0.5 * density * drag;
-  if (!thrum_all_finite(velocity, 3) || !(density >= 0) || !(drag >= 0) || !isfinite(air))
-    return thrum_error_set(error, THRUM_BAD_VALUE,
-                           "a wind wants a velocity that is finite, and a density and a drag "
-                           "coefficient >= 0");
-  memcpy(scene->wind, velocity, sizeof scene->wind);
+thrum_status thrum_scene_set_wind(thrum_scene *scene, const thrum_scene_wind_def *def,
+                                  thrum_error *error) {
+  THRUM_TRY(scene_fields_check(THRUM_SCENE_RECORD_WIND, def, error));
+  const double air = 0.5 * def->density * def->drag;
+  if (!isfinite(air))
+    return thrum_error_set_field(error, "density", THRUM_BAD_VALUE,
+                                 " times the drag coefficient is beyond the range of numbers");
+  memcpy(scene->wind, def->velocity, sizeof scene->wind);
   scene->air = air;
   scene->stirred++;
   return THRUM_OK;

@@ -280,16 +280,13 @@ static const config_option body_keys[] = {
 };
 #undef AT
 
-#define AT(member) CONFIG_AT(scene_wind_spec, member)
+#define RECORD scene_wind_spec
 static const config_option wind_keys[] = {
     OPTION_VECTOR("velocity", "m/s", NULL, "where the air goes, and how fast", .needed = true,
-                  AT(velocity)),
-    OPTION_NUMBER("density", "kg/m^3", "1.2", "of the air", AT(density), CONFIG_ABOVE(0)),
-    OPTION_NUMBER("drag", NULL, "1", "drag coefficient C_d of the windward surface", AT(drag),
-                  CONFIG_FROM(0)),
-    OPTION_END,
+                  CONFIG_AT(RECORD, velocity)),
+    THRUM_WIND_FIELDS(KEY) OPTION_END,
 };
-#undef AT
+#undef RECORD
 
 #define RECORD scene_collisions_spec
 static const config_option collision_keys[] = {THRUM_PAIRS_FIELDS(KEY) OPTION_END};

@@ -154,13 +154,15 @@ thrum_status scene_run_check_start(const scene_run *run, thrum_error *error) {
 }
 
 thrum_status scene_run_wind(const scene_run *run, thrum_scene *scene) {
-  const scene_wind_spec *wind = &run->spec.wind;
+  const scene_wind_spec *spec = &run->spec.wind;
+  thrum_scene_wind_def wind = thrum_default_scene_wind_def(), *def = &wind;
   thrum_error detail = {0};
-  if (wind->at.node == NULL)
+  if (spec->at.node == NULL)
     return THRUM_OK;
-  const thrum_status status =
-      thrum_scene_set_wind(scene, wind->velocity, wind->density, wind->drag, &detail);
-  return scene_run_pass(run, &wind->at, NULL, status, &detail);
+  THRUM_WIND_FIELDS(SCENE_COPY)
+  memcpy(def->velocity, spec->velocity, sizeof def->velocity);
+  const thrum_status status = thrum_scene_set_wind(scene, def, &detail);
+  return scene_run_pass(run, &spec->at, NULL, status, &detail);
 }
 
 thrum_status scene_run_probes(scene_run *run) {

@@ -405,7 +405,7 @@ static void begin_scene(scene_spec *spec) {
   *spec = (scene_spec){
       .settings = {.def = thrum_default_state_def()},
       .time = 10,
-      .wind = {.density = 1.2, .drag = 1},
+      .wind = {THRUM_WIND_FIELDS(SCENE_VALUE)},
       .outputs = {.record_every = 1,
                   .monitor = true,
                   .basis = {.accepted = BASIS_ACCEPTED},

@@ -75,8 +75,7 @@ typedef struct scene_collisions_spec {
 typedef struct scene_wind_spec {
   config_record at;
   double velocity[3]; /* [m/s] */
-  double density;     /* of the air [kg/m^3] */
-  double drag;        /* coefficient */
+  THRUM_WIND_FIELDS(SCENE_MEMBER)
 } scene_wind_spec;
 
 typedef enum scene_shape {

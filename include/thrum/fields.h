@@ -164,6 +164,15 @@
       "faster and "                                                                                \
       "less exact")
 
+/* Of thrum_scene_wind_def. */
+#define THRUM_WIND_FIELDS(ROW)                                                                     \
+  ROW(CODE, VECTOR, velocity, "m/s", (0, 0, 0), ITSELF, ANY,                                       \
+      "where the air goes, and how fast; larger: the drag grows with its square")                  \
+  ROW(BOTH, NUMBER, density, "kg/m^3", 1.2, ITSELF, FROM_0,                                        \
+      "of the air; larger: more drag and more damping; 0: no wind")                                \
+  ROW(BOTH, NUMBER, drag, NULL, 1, ITSELF, FROM_0,                                                 \
+      "drag coefficient C_d of the windward surface; larger: more drag and more damping")
+
 /* The kinds, as members of a def. */
 #define THRUM_LIST(...) __VA_ARGS__
 #define THRUM_FIRST(first, second) first

@@ -185,16 +185,24 @@ THRUM_API thrum_status thrum_scene_add_base_motion(thrum_scene *scene, const dou
  * sine; the others only accelerate the bodies. */
 THRUM_API void thrum_scene_ground(const thrum_scene *scene, double position[3]);
 
+/* The wind. Start from thrum_default_scene_wind_def and set the velocity. */
+typedef struct thrum_scene_wind_def {
+  /* Set by thrum_default_scene_wind_def; THRUM_UNINITIALISED_DEF without it. */
+  uint32_t cookie;
+
+  /* The rows of thrum/fields.h, which have their units, ranges and defaults. */
+  THRUM_WIND_FIELDS(THRUM_MEMBER)
+} thrum_scene_wind_def;
+
+/* A def with every default set. Any thread. */
+THRUM_API thrum_scene_wind_def thrum_default_scene_wind_def(void);
+
 /* Sets a wind that drags on the triangles of all bodies: each vertex gets 1/2 density drag A |v| v
  * with the velocity v of the air past it and A the area that its share of the triangles at rest
- * faces to the wind.
- *
- * velocity: of the air [m/s], finite; larger: the drag grows with its square. density: of the air
- * [kg/m^3], >= 0; larger: more drag and more damping; 0: no wind, as before the first call. drag:
- * drag coefficient [1], >= 0; larger: as density. The part that comes from the body's own motion is
- * limited so that no dt is too large. Source: Hoerner 1965, Fluid-dynamic drag. */
-THRUM_API thrum_status thrum_scene_set_wind(thrum_scene *scene, const double velocity[3],
-                                            double density, double drag, thrum_error *error);
+ * faces to the wind. The part that comes from the body's own motion is limited so that no dt is too
+ * large. THRUM_BAD_VALUE with the field. Source: Hoerner 1965, Fluid-dynamic drag. */
+THRUM_API thrum_status thrum_scene_set_wind(thrum_scene *scene, const thrum_scene_wind_def *def,
+                                            thrum_error *error);
 
 /* Adds an obstacle (thrum/contact.h), which moves with its velocity; *number (may be NULL) gets its
  * number. It fails as thrum_obstacle_check, or as thrum_contact_size for a body that may touch. */
@@ -694,7 +702,8 @@ typedef enum thrum_scene_record {
   THRUM_SCENE_RECORD_OBSTACLE = 1, /* thrum_obstacle */
   THRUM_SCENE_RECORD_SOLID = 2,    /* thrum_scene_solid_def */
   THRUM_SCENE_RECORD_LINK = 3,     /* thrum_scene_link_def */
-  THRUM_SCENE_RECORD_PAIRS = 4     /* thrum_contact_pairs_def */
+  THRUM_SCENE_RECORD_PAIRS = 4,    /* thrum_contact_pairs_def */
+  THRUM_SCENE_RECORD_WIND = 5      /* thrum_scene_wind_def */
 } thrum_scene_record;
 
 /* What a member holds. */

@@ -3,7 +3,7 @@
 import { ThrumError, doubles, vertices } from './memory.js';
 
 /** Records, in the order of thrum_record. */
-export const RECORDS = ['body', 'obstacle', 'solid', 'link', 'pairs'];
+export const RECORDS = ['body', 'obstacle', 'solid', 'link', 'pairs', 'wind'];
 
 /** What a field holds, in the order of thrum_field_kind. */
 export const KINDS = ['double', 'float', 'int64', 'int32', 'flag', 'choice', 'doubles', 'ints', 'grid'];

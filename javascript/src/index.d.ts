@@ -223,6 +223,11 @@ export interface CollisionOptions {
 @PAIRS@
 }
 
+/** The air that goes past bodies with triangles. */
+export interface WindOptions {
+@WIND@
+}
+
 /** With how few coordinates a body is stepped while it is far or still. */
 export interface DetailOptions {
   /** Coordinates that are stepped then, the others following. */
@@ -281,7 +286,7 @@ export class Scene implements Freed {
   addBody(model: Model, options?: BodyOptions): Body;
   setGravity(gravity: Vector): void;
   /** Velocity of the air [m/s], its density [kg/m^3], drag coefficient. */
-  setWind(velocity: Vector, options?: { density?: number; drag?: number }): void;
+  setWind(velocity: Vector, options?: WindOptions): void;
   /** Returns its number. */
   addObstacle(obstacle: ObstacleOptions): number;
   setObstacle(number: number, obstacle: ObstacleOptions): void;

@@ -58,8 +58,8 @@ export class Scene extends Resource {
     this.call('js_scene_gravity', doubles(gravity, 3, 'gravity'));
   }
 
-  setWind(velocity, { density = 1.2, drag = 1 } = {}) {
-    this.call('js_scene_wind', [...doubles(velocity, 3, 'velocity'), density, drag]);
+  setWind(velocity, options = {}) {
+    withDef(this.#memory, 'wind', { ...options, velocity }, () => this.call('js_scene_wind'));
   }
 
   addObstacle(obstacle) {

@@ -24,7 +24,7 @@ from .surface import Surface
 if TYPE_CHECKING:
     from typing_extensions import Unpack
 
-    from ._keywords import BodyOptions, LinkOptions, ObstacleOptions, PairsOptions, SolidOptions
+    from ._keywords import BodyOptions, LinkOptions, ObstacleOptions, PairsOptions, SolidOptions, WindOptions
 
 _LINK_REPORT = ("drift", "largest_drift", "stored", "lost", "driven")
 
@@ -464,9 +464,9 @@ class Scene:
         """Looks at all bodies with a level of detail; call it every few steps."""
         self._call(lib.thrum_scene_update_detail)
 
-    def set_wind(self, velocity: Any, density: float = 1.2, drag: float = 1.0) -> None:
-        """Wind on the triangles of all bodies: velocity [m/s], density of the air [kg/m^3], drag coefficient."""
-        self._call(lib.thrum_scene_set_wind, _vector(velocity, "velocity"), float(density), float(drag))
+    def set_wind(self, velocity: Any, **options: Unpack[WindOptions]) -> None:
+        """Wind on the triangles of all bodies: its velocity [m/s], and fields of thrum_scene_wind_def (thrum/fields.h)."""
+        self._call(lib.thrum_scene_set_wind, Def("wind", {"velocity": velocity, **options}).c)
 
     def add_obstacle(self, obstacle: Obstacle) -> int:
         """Adds an obstacle, which moves with its velocity, and returns its number."""

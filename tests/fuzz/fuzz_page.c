@@ -259,7 +259,7 @@ static void act(fuzz_draw *draw, int32_t body, int32_t rank, int32_t vertices) {
     js_scene_base_record(scene, &motions[motion_count++], (int32_t)count, reduced);
     break;
   case 15:
-    set_numbers(draw, 5, 10);
+    fill_def(draw, THRUM_SCENE_RECORD_WIND);
     js_scene_wind(scene);
     break;
   case 16:

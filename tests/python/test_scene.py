@@ -61,10 +61,10 @@ class Fields(unittest.TestCase):
         keys = schema["properties"]
         obstacles = keys["obstacles"]["items"]
         parts = {"body": keys["bodies"]["items"], "obstacle": obstacles, "solid": obstacles, "link": keys["links"]["items"],
-                 "contact between bodies": keys["collisions"]}
+                 "contact between bodies": keys["collisions"], "wind": keys["wind"]}
         words = {"body": _keywords.BodyOptions, "obstacle": _keywords.ObstacleOptions, "solid": _keywords.SolidOptions,
-                 "link": _keywords.LinkOptions, "contact between bodies": _keywords.PairsOptions}
-        own = {"body": {"touch"}, "link": {"kind"}}
+                 "link": _keywords.LinkOptions, "contact between bodies": _keywords.PairsOptions, "wind": _keywords.WindOptions}
+        own = {"body": {"touch"}, "link": {"kind"}, "wind": {"velocity"}}
         checked = 0
         for record, fields in _fields._FIELDS.items():
             self.assertEqual(set(words[record].__annotations__), set(fields) - own.get(record, set()))

@@ -7,6 +7,7 @@
 
 #include "tests/support/outer_triangles.h"
 #include "tests/support/scene_call.h"
+#include "tests/support/scene_wind_def.h"
 #include "thrum/displacement.h"
 #include "thrum/external_load.h"
 
@@ -383,7 +384,8 @@ static void wind_on_a_box_is_its_frontal_drag(void **context) {
   thrum_scene_body_def def = def_of(f);
   def.free = 1;
   def.scale = 2;
-  MUST(thrum_scene_set_wind(f->scene, wind, 1.2, 1.1, &failure));
+  MUST(
+      thrum_scene_set_wind(f->scene, (thrum_scene_wind_def[1]){wind_of(wind, 1.2, 1.1)}, &failure));
   MUST(thrum_scene_add_body(f->scene, &def, NULL, &failure));
 
   // the acceleration of the first step is the drag at rest over the mass
@@ -406,7 +408,8 @@ static void wind_on_a_box_is_its_frontal_drag(void **context) {
 
   // time steps in which the drag would stop the body many times over stay stable
   MUST(thrum_scene_set_dt(f->scene, 0.05, &failure));
-  MUST(thrum_scene_set_wind(f->scene, wind, 1e6, 1.1, &failure));
+  MUST(
+      thrum_scene_set_wind(f->scene, (thrum_scene_wind_def[1]){wind_of(wind, 1e6, 1.1)}, &failure));
   steps(f->scene, 200);
   MUST(thrum_scene_probe(f->scene, 0, x, v, &failure));
   assert_close(v[0], 12, 0.01);
@@ -458,7 +461,7 @@ static void no_wind_is_too_strong_for_dt(void **context) {
   const double wind[3] = {0, 300, 100};
   thrum_scene_body_def def = def_of(f);
   def.stiffness = 1e3;
-  MUST(thrum_scene_set_wind(f->scene, wind, 1000, 2, &failure));
+  MUST(thrum_scene_set_wind(f->scene, (thrum_scene_wind_def[1]){wind_of(wind, 1000, 2)}, &failure));
   MUST(thrum_scene_add_body(f->scene, &def, NULL, &failure));
   for (int k = 0; k < 2000; k++)
     if (thrum_scene_step(f->scene, &failure) < 0)

@@ -22,6 +22,7 @@
 #include <string.h>
 
 #include "tests/support/random_model.h"
+#include "tests/support/scene_wind_def.h"
 #include "thrum/scene.h"
 
 enum { RANK_MOST = 16, MODELS_MOST = 16, BATCH = 6, STRETCHES = 12, SKIN_TETS = 12 };
@@ -475,7 +476,7 @@ static void disturb_scene(soak *s, thrum_scene *scene, double size, int32_t *pul
   case 7:
     for (int axis = 0; axis < 3; axis++)
       point[axis] = 10 * random_uniform(&s->random);
-    thrum_scene_set_wind(scene, point, 1.2, 1, &error);
+    thrum_scene_set_wind(scene, (thrum_scene_wind_def[1]){wind_of(point, 1.2, 1)}, &error);
     break;
   default:
     for (int axis = 0; axis < 3; axis++)

@@ -205,7 +205,7 @@ export class Engine {
       withDef(this.memory, 'pairs', { ...given, touch_max: touches }, () => this.#call('js_scene_set_collisions', undefined, 1));
     }
     for (const base_motion of scene.base_motion ?? []) this.#addBaseMotion(base_motion);
-    if (scene.wind) this.#call('js_scene_wind', [...scene.wind.velocity, scene.wind.density, scene.wind.drag]);
+    if (scene.wind) withDef(this.memory, 'wind', pick(this.memory, 'wind', scene.wind), () => this.#call('js_scene_wind'));
     this.links = (scene.links ?? []).map((link) => this.#addLink(link));
   }
 

@@ -113,7 +113,7 @@ const makeKeys = (memory) => ({
   links: { ...rowsOf(memory, 'link'), name: may(text), kind: must(names(Object.keys(LINKS))), body: must(text), at: may(text),
     other: may(text), other_at: may(text), path: may(list), file: left },
   'links.path': { time: must(number), place: must(vector) },
-  wind: { velocity: must(vector), density: may(above, 1.2), drag: may(positive, 1) },
+  wind: { ...rowsOf(memory, 'wind'), velocity: must(vector) },
   collisions: rowsOf(memory, 'pairs'),
 });
 

@@ -2,6 +2,7 @@
  * is routed through a counter (link option --wrap, see tests/CMakeLists.txt).
  * SPDX-License-Identifier: Apache-2.0 */
 #include "tests/support/points_support.h"
+#include "tests/support/scene_wind_def.h"
 
 #include <unistd.h>
 
@@ -215,7 +216,9 @@ static void stepping_a_scene_allocates_nothing(void **context) {
   thrum_scene *scene = NULL;
   assert_int_equal(thrum_scene_make(0.01, &scene, NULL), THRUM_OK);
   assert_int_equal(thrum_scene_set_gravity(scene, down, NULL), THRUM_OK);
-  assert_int_equal(thrum_scene_set_wind(scene, wind, 1.2, 1, NULL), THRUM_OK);
+  assert_int_equal(
+      thrum_scene_set_wind(scene, (thrum_scene_wind_def[1]){wind_of(wind, 1.2, 1)}, NULL),
+      THRUM_OK);
   assert_int_equal(thrum_scene_add_obstacle(scene, &floor, NULL, NULL), THRUM_OK);
   assert_int_equal(thrum_scene_add_base_motion(scene, wind, &sway, NULL), THRUM_OK);
 
