@@ -130,12 +130,16 @@ static thrum_status find(static_answer *answer, double *q, double *mode, thrum_e
   const static_request *request = answer->request;
   reduced_path path = {.model = answer->model};
   thrum_status status = static_path_open(request, mean_at, &path.file, error);
-  const static_progress progress = {request->path != NULL ? put_point : NULL, &path};
+  const static_problem problem = {.model = answer->model,
+                                  .said = request->model_path,
+                                  .loads = request->loads,
+                                  .count = request->load_count,
+                                  .from = request->from != NULL,
+                                  .progress = {request->path != NULL ? put_point : NULL, &path},
+                                  .def = request->def};
   const double began = clock_seconds();
   THRUM_THEN(status, start_from(request, answer->model, q, error));
-  THRUM_THEN(status, static_solve(answer->model, &request->def, request->model_path, request->loads,
-                                  request->load_count, request->from != NULL, q, mode, &progress,
-                                  &answer->report, error));
+  THRUM_THEN(status, static_solve(&problem, q, mode, &answer->report, error));
   answer->seconds = clock_seconds() - began;
   THRUM_THEN(status, static_path_close(&path.file, error));
   static_path_abandon(&path.file);

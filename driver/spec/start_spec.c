@@ -125,11 +125,13 @@ static thrum_status add_static(const thrum_model *model, const start_spec *start
   thrum_status status = THRUM_OK;
   if (used > 0) {
     // the search is silent but for an instability on the way
-    const thrum_equilibrium_def def = thrum_default_equilibrium_def();
-    const static_progress unobserved = {NULL, NULL};
+    const static_problem problem = {.model = model,
+                                    .said = "--start static",
+                                    .loads = loads,
+                                    .count = used,
+                                    .def = thrum_default_equilibrium_def()};
     thrum_equilibrium_report report;
-    status = static_solve(model, &def, "--start static", loads, used, false, q, NULL, &unobserved,
-                          &report, error);
+    status = static_solve(&problem, q, NULL, &report, error);
     if (status >= 0 && report.instability != THRUM_INSTABILITY_NONE)
       config_warn("--start static: the body %s at %.6g of the load; the run starts from a stable "
                   "shape that it falls to",

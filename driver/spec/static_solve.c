@@ -34,36 +34,36 @@ static void warn_idle(const thrum_model *model, const char *said, const double *
         said);
 }
 
-thrum_status static_solve(const thrum_model *model, const thrum_equilibrium_def *def,
-                          const char *said, const load_spec *loads, int64_t count, bool from,
-                          double *q, double *mode, const static_progress *progress,
+thrum_status static_solve(const static_problem *problem, double *q, double *mode,
                           thrum_equilibrium_report *report, thrum_error *error) {
+  const thrum_model *model = problem->model;
   size_t size = 0;
   double one[THRUM_RANK_MAX], sum[THRUM_RANK_MAX] = {0};
   THRUM_TRY(thrum_equilibrium_size(model, &size, error));
-  THRUM_TRY(add_loads(model, loads, count, one, sum, error));
+  THRUM_TRY(add_loads(model, problem->loads, problem->count, one, sum, error));
   void *workspace = NULL;
   THRUM_TRY(thrum_reserve_aligned(&workspace, size, "an equilibrium", error));
 
   // a load that nothing answers is a mistake more often than not
-  warn_idle(model, said, sum);
+  warn_idle(model, problem->said, sum);
 
   // an answer is continued from the forces that hold it
-  thrum_equilibrium_def continued = *def;
+  thrum_equilibrium_def def = problem->def;
   double base[THRUM_RANK_MAX];
-  if (from) {
+  if (problem->from) {
     thrum_internal_force(model, q, base, workspace);
     for (int64_t i = 0; i < model->rank; i++)
-      sum[i] = def->factor * sum[i] - base[i];
-    continued.base = base;
-    continued.factor = 1;
+      sum[i] = def.factor * sum[i] - base[i];
+    def.base = base;
+    def.factor = 1;
   }
 
-  const thrum_status status = thrum_equilibrium(model, &continued, sum, q, mode, workspace, size,
-                                                progress->report, progress->context, report, error);
+  const thrum_status status =
+      thrum_equilibrium(model, &def, sum, q, mode, workspace, size, problem->progress.report,
+                        problem->progress.context, report, error);
 
   free(workspace);
-  return config_error_in(error, status, "%.200s", said);
+  return config_error_in(error, status, "%.200s", problem->said);
 }
 
 double static_hertz(double omega2) {

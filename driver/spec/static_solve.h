@@ -10,12 +10,20 @@ typedef struct static_progress {
   void *context;
 } static_progress;
 
-/* The equilibrium under `count` loads at their full strength together. q (rank): where to begin,
- * and the answer; from: q is an equilibrium under some load, from which the path goes to these;
- * mode (rank) may be NULL. On failure, whose line begins with `said`, nothing is changed. */
-thrum_status static_solve(const thrum_model *model, const thrum_equilibrium_def *def,
-                          const char *said, const load_spec *loads, int64_t count, bool from,
-                          double *q, double *mode, const static_progress *progress,
+/* What is to be in equilibrium, under `count` loads at their full strength together. */
+typedef struct static_problem {
+  const thrum_model *model;
+  const char *said; /* a failure and warnings begin with it */
+  const load_spec *loads;
+  int64_t count;
+  bool from; /* q is an equilibrium under some load, from which the path goes to these */
+  static_progress progress;
+  thrum_equilibrium_def def;
+} static_problem;
+
+/* The equilibrium. q (rank): where to begin, and the answer; mode (rank) may be NULL. A failure
+ * changes nothing. */
+thrum_status static_solve(const static_problem *problem, double *q, double *mode,
                           thrum_equilibrium_report *report, thrum_error *error);
 
 /* Frequency [Hz] of a squared angular one; that of its magnitude, negative, where it is negative.

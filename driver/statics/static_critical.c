@@ -50,20 +50,22 @@ thrum_status static_critical_look(const static_request *request, const thrum_mod
   double *q = memory, *u = q + model->rank, *forces = u + all;
 
   // the model before it buckles, then its mesh
-  thrum_equilibrium_def def = request->def;
-  def.factor = BEFORE * critical;
-  const static_progress none = {NULL, NULL};
+  static_problem problem = {.model = model,
+                            .said = request->model_path,
+                            .loads = request->loads,
+                            .count = request->load_count,
+                            .def = request->def};
+  problem.def.factor = BEFORE * critical;
   thrum_equilibrium_report report = {0};
   thrum_full_equilibrium found;
-  thrum_status status = static_solve(model, &def, request->model_path, request->loads,
-                                     request->load_count, false, q, NULL, &none, &report, error);
+  thrum_status status = static_solve(&problem, q, NULL, &report, error);
   THRUM_THEN(status, thrum_displacement(model, q, 0, model->vertex_count, u, error));
-  THRUM_THEN(status, rest(request, model, def.factor, u, forces, &found, error));
+  THRUM_THEN(status, rest(request, model, problem.def.factor, u, forces, &found, error));
 
   // what did not come there, lost its stability or stiffened on the way tells nothing
   const double left = found.least / model->omega2[0], own = report.least / model->omega2[0];
   if (status >= 0 && found.jumps == 0 && !found.lost && left < 1 && own > 0 && own < 1)
-    *mesh = def.factor * pow(1 - left, -log(BEFORE) / log(1 - own));
+    *mesh = problem.def.factor * pow(1 - left, -log(BEFORE) / log(1 - own));
   free(memory);
   return status == THRUM_OUT_OF_MEMORY ? status : THRUM_OK;
 }

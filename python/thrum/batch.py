@@ -170,6 +170,7 @@ class Batch:
         found = np.empty(len(self), _ENERGIES)
         with self._locked():
             call(lib.thrum_batch_energies, self._c_model, self._places, len(self), _native.pointer(found, "thrum_energies"))
+        found.flags.writeable = False
         return found
 
     def coordinates(self, out: Array | None = None) -> Array:

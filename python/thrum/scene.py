@@ -158,7 +158,8 @@ class Link:
     @property
     def bodies(self) -> tuple[Body, Body | None]:
         """What it ties; None: the world."""
-        first, second = self._get().bodies
+        found = self._get()
+        first, second = found.bodies
         return self.scene.bodies[first], self.scene.bodies[second] if second >= 0 else None
 
     @property
@@ -174,17 +175,20 @@ class Link:
     @property
     def places(self) -> Array:
         """Where its two ends are, 2 x 3 [m]."""
-        return _native.read_only(np.array([list(place) for place in self._get().places]))
+        found = self._get()
+        return _native.read_only(np.array([list(place) for place in found.places]))
 
     @property
     def force(self) -> Array:
         """Mean force of the last step on the place of the first body [N]."""
-        return _native.read_only(np.array(list(self._get().report.force)))
+        found = self._get()
+        return _native.read_only(np.array(list(found.report.force)))
 
     @property
     def torque(self) -> Array:
         """Mean torque of the last step about it, of hinges and welds [N m]."""
-        return _native.read_only(np.array(list(self._get().report.torque)))
+        found = self._get()
+        return _native.read_only(np.array(list(found.report.torque)))
 
     @property
     def report(self) -> dict[str, float]:
@@ -193,8 +197,8 @@ class Link:
         The work of its forces on the bodies is driven - stored - lost: energy in the spring now, what the damper or the
         closing of the joint took, and what an end that follows a path has done.
         """
-        found = self._get().report
-        return {name: getattr(found, name) for name in _LINK_REPORT}
+        found = self._get()
+        return {name: getattr(found.report, name) for name in _LINK_REPORT}
 
     def release(self) -> None:
         """Lets it go from now on."""
@@ -213,6 +217,7 @@ class Body:
         return f"<thrum.Body {self.number} {self.name!r}>"
 
     def _info(self) -> Any:
+        # its parts lie in it: keep it in a variable while they are read
         info = ffi.new("thrum_scene_body_info *")
         self.scene._call(lib.thrum_scene_body, self.number, info)
         return info
@@ -230,12 +235,14 @@ class Body:
     @property
     def report(self) -> Report:
         """Counters since the last change of one of its parameters."""
-        return report_of(self._info().report)
+        info = self._info()
+        return report_of(info.report)
 
     @property
     def touching(self) -> int:
         """Number of its touches in the last step."""
-        return int(self._info().contact.touching)
+        info = self._info()
+        return int(info.contact.touching)
 
     def contact_force(self, other: Body | None = None, *, obstacle: int | None = None, solid: int | None = None) -> Array:
         """Force of contact on it, mean over the last step [N]: of everything, of another body, or of an obstacle or solid by number."""
