@@ -209,7 +209,10 @@ thrum_status thrum_normal_form_find(const thrum_model *model, int64_t mode, doub
                                (long long)with + 1, order - 2 * b, (long long)mode + 1);
     }
   *found = (thrum_normal_form){.omega = s.omega};
-  for (int k = 1; k <= ORDER / 2; k++)
-    found->coefficients[k - 1] = s.f[k] / pow(scale, 2 * k);
+  double power = 1; // of the scale: pow of newer C libraries would ask wheels for them
+  for (int k = 1; k <= ORDER / 2; k++) {
+    power *= scale * scale;
+    found->coefficients[k - 1] = s.f[k] / power;
+  }
   return THRUM_OK;
 }
