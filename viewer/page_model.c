@@ -118,6 +118,19 @@ static bool take_slaves(thrum_model *model, int64_t masters, const double *slave
   return true;
 }
 
+/* The arrays of a model, in the order in which the page hands their addresses over. */
+typedef struct page_arrays {
+  const double *omega2, *c3, *c4, *slave_map, *point_weights, *point_moduli, *point_gradients;
+  const uint8_t *point_law;
+  const int32_t *point_region;
+  const uint8_t *region_law;
+  const double *axis_mass, *inertia;
+  const uint8_t *fixed;
+  const int32_t *triangles;
+  const float *positions, *basis;
+  const double *tet, *tet_rigid;
+} page_arrays;
+
 /* Adds a model of arrays from js_alloc, which it keeps, `positions`, `basis` and the last two
  * apart; their shapes are those of the pack (docs/viewer.md). tet and tet_rigid are NULL for a
  * model that is held; c3 and c4 for one of cubature points, and those of points, point_count of
@@ -128,54 +141,47 @@ static bool take_slaves(thrum_model *model, int64_t masters, const double *slave
  * modulus [Pa], and the energy at strains of 1 [J]. Returns its number, or a status below 0. */
 int32_t EXPORT(page_add_model)(int32_t rank, int32_t vertex_count, int32_t triangle_count,
                                int32_t point_count, int32_t law_count, int32_t masters,
-                               const double *omega2, const double *c3, const double *c4,
-                               const double *slave_map, const double *point_weights,
-                               const double *point_moduli, const double *point_gradients,
-                               const uint8_t *point_law, const int32_t *point_region,
-                               const uint8_t *region_law, const double *axis_mass,
-                               const double *inertia, const uint8_t *fixed,
-                               const int32_t *triangles, const float *positions, const float *basis,
-                               const double *tet, const double *tet_rigid) {
+                               const page_arrays *of) {
   if (model_count == MODELS_MAX)
     return thrum_error_set(&js_failure, THRUM_UNSUPPORTED, "a page has at most %d models",
                            MODELS_MAX);
 
   // the model borrows the page's arrays
   page_model *made = &models[model_count];
-  *made = (page_model){.triangles = triangles, .triangle_count = triangle_count};
+  *made = (page_model){.triangles = of->triangles, .triangle_count = triangle_count};
   made->material[0] = js_number[0];
-  made->model =
-      (thrum_model){.rank = rank,
-                    .c3_count = c3 ? thrum_c3_count(rank) : 0,
-                    .c4_count = c4 ? thrum_c4_count(rank) : 0,
-                    .point_count = point_count,
-                    .vertex_count = (int64_t)vertex_count + CORNERS,
-                    .omega2 = omega2,
-                    .c3 = c3,
-                    .c4 = c4,
-                    .point_weights = point_weights,
-                    .point_moduli = point_moduli,
-                    .point_gradients = point_gradients,
-                    .point_law = point_law,
-                    .law_bytes = point_law ? (int64_t)strlen((const char *)point_law) + 1 : 0,
-                    .law_count = law_count,
-                    .point_region = point_region,
-                    .region_law = region_law,
-                    .axis_mass = axis_mass,
-                    .fixed = fixed,
-                    .inertia = inertia,
-                    .unit_energy = js_number[1]};
+  made->model = (thrum_model){
+      .rank = rank,
+      .c3_count = of->c3 ? thrum_c3_count(rank) : 0,
+      .c4_count = of->c4 ? thrum_c4_count(rank) : 0,
+      .point_count = point_count,
+      .vertex_count = (int64_t)vertex_count + CORNERS,
+      .omega2 = of->omega2,
+      .c3 = of->c3,
+      .c4 = of->c4,
+      .point_weights = of->point_weights,
+      .point_moduli = of->point_moduli,
+      .point_gradients = of->point_gradients,
+      .point_law = of->point_law,
+      .law_bytes = of->point_law ? (int64_t)strlen((const char *)of->point_law) + 1 : 0,
+      .law_count = law_count,
+      .point_region = of->point_region,
+      .region_law = of->region_law,
+      .axis_mass = of->axis_mass,
+      .fixed = of->fixed,
+      .inertia = of->inertia,
+      .unit_energy = js_number[1]};
 
   // what follows has no coefficients of its own
-  if (masters > 0 && !take_slaves(&made->model, masters, slave_map))
+  if (masters > 0 && !take_slaves(&made->model, masters, of->slave_map))
     return thrum_error_set(&js_failure, THRUM_INVALID_ARGUMENT,
                            "%d of %d coordinates cannot be followed by the others", (int)masters,
                            (int)rank);
 
   // what the runtime wants besides: a mesh, a pack, a surface, and what touches
-  thrum_status status = make_mesh(made, positions, basis);
-  if (status == THRUM_OK && tet != NULL)
-    status = make_rigid(made, tet, tet_rigid);
+  thrum_status status = make_mesh(made, of->positions, of->basis);
+  if (status == THRUM_OK && of->tet != NULL)
+    status = make_rigid(made, of->tet, of->tet_rigid);
   if (status == THRUM_OK && masters == 0)
     status = pack(&made->model);
   if (status == THRUM_OK)

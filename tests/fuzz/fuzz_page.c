@@ -139,9 +139,17 @@ static int32_t add_model(fuzz_draw *draw, kept *list, int32_t *rank, int32_t *ve
   js_number[0] = draw_above(draw, 64);
   js_number[1] = draw_above(draw, 64);
   // a model of a polynomial, without points of a cubature
-  const int32_t number =
-      page_add_model(r, v, t, 0, 0, 0, omega2, c3, c4, NULL, NULL, NULL, NULL, NULL, NULL, NULL,
-                       axis_mass, NULL, fixed, triangles, positions, basis, tet, tet_rigid);
+  const page_arrays arrays = {.omega2 = omega2,
+                              .c3 = c3,
+                              .c4 = c4,
+                              .axis_mass = axis_mass,
+                              .fixed = fixed,
+                              .triangles = triangles,
+                              .positions = positions,
+                              .basis = basis,
+                              .tet = tet,
+                              .tet_rigid = tet_rigid};
+  const int32_t number = page_add_model(r, v, t, 0, 0, 0, &arrays);
   free(positions);
   free(basis);
   free(tet);

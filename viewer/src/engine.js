@@ -116,9 +116,9 @@ export class Engine {
     const copied = ['positions', 'basis', 'tet', 'tet_rigid']; // the last two of free bodies alone
     const at = [...kept, ...copied].map((name) => this.#copyIn(model.arrays[name]));
     this.numbers.set([model.young, model.unit_energy ?? 0]); // of older pages there is none
-    const number = this.check(this.wasm.page_add_model(
+    const number = this.memory.lend([Uint32Array.from(at)], (addresses) => this.check(this.wasm.page_add_model(
       model.rank, model.vertex_count, model.triangle_count,
-      model.arrays.point_weights?.length ?? 0, model.arrays.region_law?.length ?? 0, masters, ...at));
+      model.arrays.point_weights?.length ?? 0, model.arrays.region_law?.length ?? 0, masters, addresses)));
     for (const address of at.slice(kept.length)) this.wasm.js_free(address);
     this.models[number] = model;
     return number;
