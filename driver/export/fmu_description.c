@@ -296,20 +296,37 @@ static void put_units(FILE *out) {
         out);
 }
 
-static thrum_status text_end(FILE *out, char **text, thrum_error *error) {
+/* One text; NULL where a stream says that there is no memory. */
+static char *text_once(fmu_put *put, const void *of, size_t *size) {
+  char *text = NULL;
+  FILE *out = open_memstream(&text, size);
+  if (out == NULL)
+    return NULL;
+  put(out, of);
   const bool failed = ferror(out) != 0;
   if (fclose(out) == 0 && !failed)
-    return THRUM_OK;
-  free(*text);
-  *text = NULL;
-  return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the description of the FMU");
+    return text;
+  free(text);
+  return NULL;
 }
 
-thrum_status fmu_model_description(const fmu_description *of, char **text, size_t *size,
-                                   thrum_error *error) {
-  FILE *out = open_memstream(text, size);
-  if (out == NULL)
-    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the description of the FMU");
+thrum_status fmu_text(fmu_put *put, const void *of, char **text, size_t *size, thrum_error *error) {
+  // a stream in memory that could not grow has lost some bytes and may not say so: it is made twice
+  size_t again = 0;
+  char *first = text_once(put, of, size), *second = text_once(put, of, &again);
+  const bool whole = first != NULL && second != NULL && *size == again && again > 0 &&
+                     memcmp(first, second, again) == 0;
+  free(second);
+  if (whole) {
+    *text = first;
+    return THRUM_OK;
+  }
+  free(first);
+  return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a text of the FMU");
+}
+
+static void put_model(FILE *out, const void *description) {
+  const fmu_description *of = description;
   const bool two = of->version == 2;
   fprintf(
       out,
@@ -332,14 +349,10 @@ thrum_status fmu_model_description(const fmu_description *of, char **text, size_
   fputs("  </ModelVariables>\n", out);
   put_structure(out, of);
   fputs("</fmiModelDescription>\n", out);
-  return text_end(out, text, error);
 }
 
-thrum_status fmu_build_description(const fmu_description *of, char **text, size_t *size,
-                                   thrum_error *error) {
-  FILE *out = open_memstream(text, size);
-  if (out == NULL)
-    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the description of the FMU");
+static void put_build(FILE *out, const void *description) {
+  const fmu_description *of = description;
   fprintf(out,
           "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n"
           "<fmiBuildDescription fmiVersion=\"3.0\">\n"
@@ -348,5 +361,14 @@ thrum_status fmu_build_description(const fmu_description *of, char **text, size_
   for (int n = 0; n < of->source_count; n++)
     fprintf(out, "      <SourceFile name=\"%s\"/>\n", of->sources[n]);
   fputs("    </SourceFileSet>\n  </BuildConfiguration>\n</fmiBuildDescription>\n", out);
-  return text_end(out, text, error);
+}
+
+thrum_status fmu_model_description(const fmu_description *of, char **text, size_t *size,
+                                   thrum_error *error) {
+  return fmu_text(put_model, of, text, size, error);
+}
+
+thrum_status fmu_build_description(const fmu_description *of, char **text, size_t *size,
+                                   thrum_error *error) {
+  return fmu_text(put_build, of, text, size, error);
 }

@@ -216,13 +216,15 @@ static thrum_status add_source(fmu_contents *fmu, const char *name, const unsign
 }
 
 /* What stands in front of names, where the body is linked statically. */
-static thrum_status add_prefix(fmu_contents *fmu, int version, const char *name,
-                               thrum_error *error) {
-  char *text = NULL;
-  size_t size = 0;
-  FILE *out = open_memstream(&text, &size);
-  if (out == NULL)
-    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the sources of the FMU");
+typedef struct fmu_prefix {
+  int version;
+  const char *name;
+} fmu_prefix;
+
+static void put_prefix(FILE *out, const void *of) {
+  const fmu_prefix *prefix = of;
+  const int version = prefix->version;
+  const char *name = prefix->name;
   fprintf(out,
           "/* Names of a body that is linked statically; a shared one defines "
           "FMI%d_OVERRIDE_FUNCTION_PREFIX. */\n#ifndef FMU_PREFIX_H\n#define FMU_PREFIX_H\n\n"
@@ -231,8 +233,14 @@ static thrum_status add_prefix(fmu_contents *fmu, int version, const char *name,
   for (size_t n = 0; n < sizeof inner / sizeof *inner; n++)
     fprintf(out, "#define fmu_body_%s %s_fmu_body_%s\n", inner[n], name, inner[n]);
   fputs("\n#endif\n", out);
-  if (fclose(out) != 0)
-    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the sources of the FMU");
+}
+
+static thrum_status add_prefix(fmu_contents *fmu, int version, const char *name,
+                               thrum_error *error) {
+  const fmu_prefix prefix = {version, name};
+  char *text = NULL;
+  size_t size = 0;
+  THRUM_TRY(fmu_text(put_prefix, &prefix, &text, &size, error));
   add_text(fmu, "sources/", "fmu_prefix.h", text, size);
   return THRUM_OK;
 }
