@@ -9,7 +9,7 @@ set -eu
 source=$(cd "$1" && pwd)
 build=$2/fuzz
 runs=${4:-2000}
-seconds=${5:-2}
+seconds=${5:-1}
 
 targets=$("$source/tests/fuzz/build.sh" "$source" "$build" "$3" "${6:-"fuzz_*"}" brief)
 for name in $targets; do
