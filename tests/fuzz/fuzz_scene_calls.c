@@ -192,8 +192,8 @@ static void look_around(thrum_scene *scene, fuzz_draw *draw) {
   double force[3];
   const thrum_scene_thing from = {(thrum_scene_kind)draw_index(draw, 5),
                                   (int32_t)draw_number(draw, thrum_scene_body_count(scene))};
-  fuzz_check(thrum_scene_contact_force(scene, draw_number(draw, thrum_scene_body_count(scene)), from,
-                                       force, &error),
+  fuzz_check(thrum_scene_contact_force(scene, draw_number(draw, thrum_scene_body_count(scene)),
+                                       from, force, &error),
              &error);
   const int32_t probe = draw_number(draw, thrum_scene_probe_count(scene));
   if ((thrum_scene_probe_name(scene, probe) == NULL) != (thrum_scene_probe_body(scene, probe) < 0))
@@ -230,6 +230,26 @@ static void pull_and_go_back(thrum_scene *scene, const thrum_model *model, fuzz_
   free(snapshot);
 }
 
+/* The rows of each record lie within its def, which is the one that its function gives. */
+static void read_records(int32_t number) {
+  for (int record = -1; record < 8; record++) {
+    int64_t count = 0;
+    const size_t size = thrum_scene_record_size((thrum_scene_record)record);
+    const thrum_field *rows = thrum_scene_fields((thrum_scene_record)record, &count);
+    void *def = block(size);
+    if (size > 0)
+      thrum_scene_record_default((thrum_scene_record)record, def);
+    for (int64_t n = 0; n < count; n++)
+      if (rows[n].name == NULL || rows[n].offset >= size)
+        abort();
+    free(def);
+  }
+  const thrum_scene_wind_def wind = thrum_default_scene_wind_def();
+  must_be_finite(wind.velocity, 3);
+  if ((unsigned)thrum_scene_thing_of(number).kind > THRUM_SCENE_OBSTACLE)
+    abort();
+}
+
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
   if (size < PLAN_BYTES)
     return 0;
@@ -255,6 +275,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
       look_around(scene, &draw);
     }
     pull_and_go_back(scene, model, &draw);
+    read_records((int32_t)draw_byte(&draw) - 2);
   }
   thrum_scene_free(scene);
   fuzz_close(&opened);
