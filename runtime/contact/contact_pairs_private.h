@@ -276,10 +276,11 @@ typedef struct thrum_pairs_run {
   double flow;          /* that went through them: impulses times speeds before [J] */
 } thrum_pairs_run;
 
-/* The rows between the bodies of the group, by what they have in common with those on obstacles. */
+/* The rows between the bodies of the group, by what they have in common with those on obstacles,
+ * which stands first in them. */
 static inline thrum_row_list thrum_pairs_rows_of(const thrum_pairs_run *run) {
   const thrum_row_list list = {
-      .count = run->row_count, .stride = sizeof(thrum_pair_row), .first = &run->view.rows->row};
+      .count = run->row_count, .stride = sizeof(thrum_pair_row), .first = run->view.rows};
   return list;
 }
 

@@ -37,6 +37,8 @@ static void sort_by(const thrum_pair_sorted *from, int64_t count, int n, thrum_p
 
 void thrum_pairs_sort(const void *items, size_t size, int64_t count, int32_t *order,
                       thrum_pair_sorted *room) {
+  if (count == 0)
+    return;
   thrum_pair_sorted *from = room, *to = room + count, varies = {0, 0, 0};
   bool ascends = true;
   for (int64_t n = 0; n < count; n++) {

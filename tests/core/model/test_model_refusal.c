@@ -637,7 +637,7 @@ static void four_gib_are_refused_before_anything_is_read_or_written(void **state
   m.c3_count = thrum_c3_count(m.rank);
   m.c4_count = thrum_c4_count(m.rank);
   assert_int_equal(thrum_model_save("/no-such-folder/m.npz", &m, &error), THRUM_UNSUPPORTED);
-  assert_non_null(strstr(error.message, "4 GiB with array 'c4'"));
+  assert_non_null(strstr(error.message, "4 GiB with 'c4.npy'"));
 
   // a size whose sum with the others would overflow
   m = sample_polynomial();
