@@ -123,7 +123,7 @@ static thrum_status see_columns(identify_fit *f, thrum_error *error) {
   for (int64_t c = 0; c < f->recording.column_count && status >= 0; c++) {
     const recording_column *column = &f->recording.columns[c];
     load_vertices at = {0};
-    status = config_error_in(error, load_target_find(f->model, &column->target, &at, error),
+    status = config_error_in(error, load_target_find(f->model, &column->target, &at, error), "%s",
                              f->request->recording_path);
     for (int64_t i = 0; i < r && status >= 0; i++) {
       double mean[3] = {0, 0, 0};
