@@ -269,8 +269,8 @@ static thrum_status check(const thrum_model *model, int64_t rank, const thrum_mo
   if (by && !(isfinite(by->length) && by->length > 0 && isfinite(by->density) && by->density > 0))
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "an inertia is scaled by factors that are finite and > 0");
-  if (!model->inertia &&
-      (!model->vertices || !model->tets || !model->basis || !model->material || !model->rigid))
+  if (!model->inertia && (!model->vertices || !model->tets || !model->tet_region || !model->basis ||
+                          !model->material || !model->rigid))
     return thrum_error_set(error, THRUM_MISSING,
                            "the inertia of a body's shape needs a model with a mesh that nothing "
                            "holds: precompute it without --fix");
