@@ -111,7 +111,7 @@ static void matrices_at(thrum_floquet *f, const thrum_place *of, int64_t place, 
       tangent[e] -= parts[part] * b->pull[part * square + e];
   if (b->slaves.count > 0) {
     double *drag = f->drag + stage * square;
-    thrum_slave_inertia_force(&b->slaves, f->q, f->q + r, f->q + 2 * r, f->q + 3 * r, &loss);
+    thrum_slave_inertia_force(&b->slaves, f->q, f->q + r, f->q + 2 * r, true, f->q + 3 * r, &loss);
     thrum_slave_inertia_matrices(&b->slaves, tangent, drag, f->inertia + stage * square);
     scale(square, 1 / of->omega, drag);
   }

@@ -124,7 +124,8 @@ static void force_at(thrum_balance *b, const double *x, double omega, int64_t s)
     return;
   double *velocity = b->velocity + s * r, *bend = b->bend + s * r;
   thrum_balance_rates(b, x, omega, s, velocity, bend);
-  b->energy += share * thrum_slave_inertia_force(&b->slaves, q, velocity, bend, force, &loss);
+  b->energy +=
+      share * thrum_slave_inertia_force(&b->slaves, q, velocity, bend, false, force, &loss);
   b->loss += share * loss;
 }
 
@@ -178,17 +179,12 @@ static void transform(const thrum_balance *b, const thrum_spectrum *of, bool odd
 static void linearise_slaves(thrum_balance *b, double omega, int64_t s) {
   const int64_t r = b->rank, square = r * r;
   const double *q = b->q + s * r, *velocity = b->velocity + s * r, *bend = b->bend + s * r;
-  const double *damping = b->slaves.damping;
   double *turn = b->force + s * r, loss = 0;
-  memset(turn, 0, (size_t)r * sizeof *turn);
-  thrum_slave_inertia_force(&b->slaves, q, velocity, bend, turn, &loss);
+  thrum_slave_inertia_force(&b->slaves, q, velocity, bend, true, turn, &loss);
   thrum_slave_inertia_matrices(&b->slaves, b->stiffness.samples + s * square,
                                b->drag.samples + s * square, b->inertia.samples + s * square);
-
-  // inertia goes with the square of the frequency, damping with the frequency
-  b->slaves.damping = NULL;
-  thrum_slave_inertia_force(&b->slaves, q, velocity, bend, turn, &loss);
-  b->slaves.damping = damping;
+  memset(turn, 0, (size_t)r * sizeof *turn);
+  thrum_slave_inertia_turn(&b->slaves, turn);
   for (int64_t i = 0; i < r; i++)
     turn[i] /= omega;
 }

@@ -733,16 +733,17 @@ thrum_status thrum_response(const thrum_model *model, const thrum_response_def *
 void thrum_response_at(int64_t rank, int32_t harmonics, double omega, double phase,
                        const double *coefficients, double *q, double *p) {
   for (int64_t i = 0; i < rank; i++) {
-    double place = coefficients[i], rate = 0;
-    for (int32_t k = 1; k <= harmonics; k++) {
-      const double a = coefficients[k * rank + i], b = coefficients[(harmonics + k) * rank + i];
-      const double c = cos(k * phase), s = sin(k * phase);
-      place += a * c + b * s;
-      rate += k * omega * (b * c - a * s);
-    }
     if (q != NULL)
-      q[i] = place;
+      q[i] = coefficients[i];
     if (p != NULL)
-      p[i] = rate;
+      p[i] = 0;
+  }
+  for (int32_t k = 1; k <= harmonics; k++) {
+    const double *a = coefficients + k * rank, *b = coefficients + (harmonics + k) * rank;
+    const double c = cos(k * phase), s = sin(k * phase), rate = k * omega;
+    for (int64_t i = 0; q != NULL && i < rank; i++)
+      q[i] += a[i] * c + b[i] * s;
+    for (int64_t i = 0; p != NULL && i < rank; i++)
+      p[i] += rate * (b[i] * c - a[i] * s);
   }
 }

@@ -23,6 +23,7 @@ void thrum_slave_inertia_lay(thrum_slave_inertia *s, thrum_room *room) {
   s->columns = thrum_room_take(room, s->rank * s->count);
   s->products = thrum_room_take(room, 3 * s->rank);
   s->pull = thrum_room_take(room, s->count);
+  s->twice = thrum_room_take(room, s->count);
 }
 
 void thrum_slave_inertia_fill(thrum_slave_inertia *s, const thrum_model *stepped) {
@@ -38,32 +39,45 @@ void thrum_slave_inertia_fill(thrum_slave_inertia *s, const thrum_model *stepped
   }
 }
 
-/* first, turn and bend (rank each) = the symmetric `second` (rank x rank) times x, v and a. */
+/* first and turn (rank each) = the symmetric `second` (rank x rank) times x and v. */
 static void multiply(int64_t r, const double *restrict second, const double *x, const double *v,
-                     const double *a, double *restrict first, double *restrict turn,
-                     double *restrict bend) {
+                     double *restrict first, double *restrict turn) {
   for (int64_t i = 0; i < r; i++)
-    first[i] = turn[i] = bend[i] = 0;
+    first[i] = turn[i] = 0;
   for (int64_t j = 0; j < r; j++) {
     const double *restrict row = second + j * r;
-    const double xj = x[j], vj = v[j], aj = a[j];
+    const double xj = x[j], vj = v[j];
     for (int64_t i = 0; i < r; i++) {
       first[i] += row[i] * xj;
       turn[i] += row[i] * vj;
-      bend[i] += row[i] * aj;
     }
   }
 }
 
+/* Makes bend, turn and first (rank each, one after the other) to what the derivatives are made of.
+ */
+static void prepare(int64_t r, const double *second, const double *a, double damping,
+                    const double *first, double *bend) {
+  double *restrict turn = bend + r;
+  for (int64_t i = 0; i < r; i++)
+    bend[i] = damping * turn[i];
+  thrum_matrix_product_transposed(r, r, second, a, bend);
+  for (int64_t i = 0; i < r; i++) {
+    turn[i] = 2 * turn[i] + damping * first[i];
+    turn[r + i] = first[i];
+  }
+}
+
 double thrum_slave_inertia_force(thrum_slave_inertia *s, const double *x, const double *v,
-                                 const double *a, double *force, double *loss) {
+                                 const double *a, bool derivatives, double *force, double *loss) {
   const int64_t r = s->rank;
   double kinetic = 0, taken = 0;
   for (int64_t h = 0; h < s->count; h++) {
     double *first = s->first + h * r, *bend = s->rows + 3 * h * r, *turn = bend + r;
+    const double *second = s->second + h * r * r;
     const double damping = s->damping != NULL ? s->damping[h] : 0;
     double rate = 0, pull = 0;
-    multiply(r, s->second + h * r * r, x, v, a, first, turn, bend);
+    multiply(r, second, x, v, first, turn);
     for (int64_t i = 0; i < r; i++) {
       rate += first[i] * v[i];
       pull += first[i] * a[i] + turn[i] * v[i];
@@ -71,17 +85,17 @@ double thrum_slave_inertia_force(thrum_slave_inertia *s, const double *x, const 
     kinetic += 0.5 * rate * rate;
     taken += damping * rate * rate;
     s->pull[h] = pull + damping * rate;
-
-    // what the derivatives are made of
-    for (int64_t i = 0; i < r; i++) {
-      bend[i] += damping * turn[i];
-      turn[i] = 2 * turn[i] + damping * first[i];
-      turn[r + i] = first[i];
-    }
+    s->twice[h] = 2 * pull + damping * rate;
+    if (derivatives)
+      prepare(r, second, a, damping, first, bend);
   }
   thrum_matrix_product_transposed(s->count, r, s->first, s->pull, force);
   *loss = taken;
   return kinetic;
+}
+
+void thrum_slave_inertia_turn(const thrum_slave_inertia *s, double *turn) {
+  thrum_matrix_product_transposed(s->count, s->rank, s->first, s->twice, turn);
 }
 
 void thrum_slave_inertia_matrices(const thrum_slave_inertia *s, double *by_x, double *by_v,

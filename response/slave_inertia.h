@@ -3,6 +3,8 @@
 #ifndef THRUM_RESPONSE_SLAVE_INERTIA_H
 #define THRUM_RESPONSE_SLAVE_INERTIA_H
 
+#include <stdbool.h>
+
 #include "response/room.h"
 #include "thrum/model.h"
 
@@ -12,9 +14,9 @@ typedef struct thrum_slave_inertia {
   double *second;        /* count x rank x rank: d2y/dx2 */
   double *first;         /* count x rank: dy/dx at x */
   double *rows; /* count x 3 rank: what dy/dx is multiplied with in the derivatives by x, x', x'' */
-  double *columns;  /* rank x count: dy/dx, transposed */
-  double *products; /* 3 rank */
-  double *pull;     /* count: y'' + d y' */
+  double *columns;      /* rank x count: dy/dx, transposed */
+  double *products;     /* 3 rank */
+  double *pull, *twice; /* count: y'' + d y', and 2 y'' + d y' */
 } thrum_slave_inertia;
 
 /* Takes room for the arrays; count and rank are set before. */
@@ -25,9 +27,13 @@ void thrum_slave_inertia_fill(thrum_slave_inertia *s, const thrum_model *stepped
 
 /* What the slaves take of the masters at the place x with velocity v and acceleration a (rank
  * each), in force (rank), added; returns their kinetic energy, and in *loss what their damping
- * takes [W]. */
+ * takes [W]. derivatives: they are asked for next. */
 double thrum_slave_inertia_force(thrum_slave_inertia *s, const double *x, const double *v,
-                                 const double *a, double *force, double *loss);
+                                 const double *a, bool derivatives, double *force, double *loss);
+
+/* The derivative of the last force by the frequency times that, in turn (rank), added: inertia goes
+ * with its square, damping with the frequency itself. */
+void thrum_slave_inertia_turn(const thrum_slave_inertia *s, double *turn);
 
 /* The derivatives of that force by x, v and a (rank x rank each), the first added, of the place of
  * the last force. */

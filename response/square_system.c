@@ -18,9 +18,18 @@
 
 #define ROWS_AT_ONCE 8
 
+/* The same loops for wider vectors, where the compiler makes them and the C library chooses between
+ * them. They have the same bits: each number is multiplied and added by itself, in the same order.
+ */
+#if defined(__GNUC__) && !defined(__clang__) && defined(__x86_64__) && defined(__GLIBC__)
+#define WIDE __attribute__((target_clones("avx512f", "avx2", "default")))
+#else
+#define WIDE
+#endif
+
 /* Reduces `row` by the finished rows first .. last - 1 of `matrix`. */
-static void reduce(const double *matrix, int64_t n, int64_t first, int64_t last,
-                   double *restrict row) {
+WIDE static void reduce(const double *matrix, int64_t n, int64_t first, int64_t last,
+                        double *restrict row) {
   // the multipliers, each of which depends on those before it
   for (int64_t k = first; k < last; k++) {
     const double *above = matrix + k * n;
@@ -82,19 +91,45 @@ int thrum_square_sign(const double *factors, int64_t n, const int32_t *columns) 
   return sign;
 }
 
+/* y (count) += sign times the sum of `rows` rows of x times their weights. */
+WIDE static void add_rows(int64_t rows, int64_t count, double sign, const double *weights,
+                          const double *x, double *restrict y) {
+  int64_t j = 0;
+  for (; j + 4 <= rows; j += 4) {
+    const double *a = x + j * count, *b = a + count, *c = b + count, *d = c + count;
+    const double wa = sign * weights[j], wb = sign * weights[j + 1], wc = sign * weights[j + 2],
+                 wd = sign * weights[j + 3];
+    for (int64_t k = 0; k < count; k++)
+      y[k] = (((y[k] + wa * a[k]) + wb * b[k]) + wc * c[k]) + wd * d[k];
+  }
+  for (; j < rows; j++)
+    for (int64_t k = 0; k < count; k++)
+      y[k] += sign * weights[j] * x[j * count + k];
+}
+
+/* The same for one column, where the sum is in lanes. */
+static void add_weighted(int64_t rows, int64_t count, double sign, const double *weights,
+                         const double *x, double *y) {
+  double sum = 0;
+  if (count > 1) {
+    add_rows(rows, count, sign, weights, x, y);
+    return;
+  }
+  thrum_matrix_product(1, rows, weights, x, &sum);
+  *y += sign * sum;
+}
+
 void thrum_square_solve(const double *factors, int64_t n, const int32_t *columns, int64_t count,
                         double *x) {
-  // forward with L, whose diagonal is 1
+  // forward with L, whose diagonal is 1 and of which -L is stored
   for (int64_t i = 1; i < n; i++)
-    thrum_matrix_product_transposed(i, count, x, factors + i * n, x + i * count);
+    add_weighted(i, count, 1, factors + i * n, x, x + i * count);
 
   // backward with U
   for (int64_t i = n - 1; i >= 0; i--) {
     const double *row = factors + i * n;
     double *own = x + i * count;
-    for (int64_t j = i + 1; j < n; j++)
-      for (int64_t c = 0; c < count; c++)
-        own[c] -= row[j] * x[j * count + c];
+    add_weighted(n - 1 - i, count, -1, row + i + 1, x + (i + 1) * count, own);
     for (int64_t c = 0; c < count; c++)
       own[c] /= row[i];
   }
