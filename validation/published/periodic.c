@@ -5,9 +5,10 @@
  * omega^2/c^3 of its first mode in z' = i (omega + c |z|^2 + ...) z (Vizzaccaro, Opreni, Salles,
  * Frangi and Touze 2022, doi:10.1007/s11071-022-07651-9). Panel: 1 x 2 m, 10 mm thick, rise 41 mm
  * over the 2 m, its curved direction's ends hinged, E 70e9, nu 0.33, rho 2700, 0.2 % of critical
- * damping in the first two modes by Rayleigh, 10 N at a quarter of the length (Jain and Tiso 2022,
- * How to compute invariant manifolds and their reduced dynamics in high-dimensional finite element
- * models, doi:10.1007/s11071-021-06957-4), from a mesh of 1,320 unknowns of flat triangles.
+ * damping in the first two modes by Rayleigh, 10 N at a quarter of the length (Li, Jain and Haller
+ * 2023, Nonlinear analysis of forced mechanical systems with internal resonance using spectral
+ * submanifolds, Part I, doi:10.1007/s11071-022-07714-x), from a mesh of 1,320 unknowns of flat
+ * triangles.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include <math.h>
