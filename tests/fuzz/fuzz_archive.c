@@ -2,8 +2,8 @@
  * with the shapes and values that belong together, of which some are spoiled, in an archive whose
  * checksums are right.
  *
- * sources: io/npz.c io/zip_write.c io/file.c io/text.c io/npy_file.c platform/*.c core/[a-z]*[a-z]/*.c
- * runtime/[a-z]*[a-z]/*.c SPDX-License-Identifier: Apache-2.0 */
+ * sources: io/npz.c io/zip_write.c io/file.c io/text.c io/npy_file.c platform/*.c
+ * core/[a-z]*[a-z]/*.c runtime/[a-z]*[a-z]/*.c SPDX-License-Identifier: Apache-2.0 */
 #include <stdbool.h>
 
 #include "core/base/seal.h"

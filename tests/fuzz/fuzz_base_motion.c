@@ -1,8 +1,8 @@
 /* Fuzz target of the table of accelerations that --base-motion reads.
- * sources: driver/spec/base_motion_spec.c driver/spec/load_spec.c mesh/vertex_places.c config/parse.c
- * config/message.c config/message_error.c core/loads/load_mean.c core/loads/base_motion.c core/base/finite.c
- * core/base/status.c io/file.c
- * platform/interrupt.c platform/allocate.c mesh/mesh_grow.c io/text.c
+ * sources: driver/spec/base_motion_spec.c driver/spec/load_spec.c mesh/vertex_places.c
+ * config/parse.c config/message.c config/message_error.c core/loads/load_mean.c
+ * core/loads/base_motion.c core/base/finite.c core/base/status.c io/file.c platform/interrupt.c
+ * platform/allocate.c mesh/mesh_grow.c io/text.c
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include <math.h>

@@ -277,7 +277,9 @@ static void use_scene(const thrum_model *model, fuzz_draw *draw) {
                                    .vector = {0, 0, draw_about(draw, 10)},
                                    .course = {THRUM_LOAD_SINE, 0, INFINITY, 2}};
     fuzz_check(thrum_scene_set_gravity(scene, gravity, &error), &error);
-    fuzz_check(thrum_scene_set_wind(scene, (thrum_scene_wind_def[1]){wind_of(wind, 1.2, 1)}, &error), &error);
+    fuzz_check(
+        thrum_scene_set_wind(scene, (thrum_scene_wind_def[1]){wind_of(wind, 1.2, 1)}, &error),
+        &error);
     fuzz_check(thrum_scene_add_obstacle(scene, &floor, NULL, &error), &error);
     fuzz_check(thrum_scene_add_load(scene, body, &load, &error), &error);
     fuzz_check(thrum_scene_add_probe(scene, NULL, body, NULL, 0, &error), &error);

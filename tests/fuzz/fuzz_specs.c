@@ -1,7 +1,8 @@
 /* Fuzz target of the specifications of --load, --start, --base-motion and --at.
- * sources: driver/spec/load_spec.c mesh/vertex_places.c driver/spec/start_spec.c driver/spec/base_motion_spec.c
- * config/parse.c config/message.c config/message_error.c core/loads/load_mean.c core/base/status.c io/npz.c io/zip_write.c
- * io/file.c platform/interrupt.c io/npy_file.c io/text.c SPDX-License-Identifier: Apache-2.0 */
+ * sources: driver/spec/load_spec.c mesh/vertex_places.c driver/spec/start_spec.c
+ * driver/spec/base_motion_spec.c config/parse.c config/message.c config/message_error.c
+ * core/loads/load_mean.c core/base/status.c io/npz.c io/zip_write.c io/file.c platform/interrupt.c
+ * io/npy_file.c io/text.c SPDX-License-Identifier: Apache-2.0 */
 #include "driver/spec/base_motion_spec.h"
 #include "driver/spec/start_spec.h"
 #include "tests/fuzz/fuzz_file.h"
