@@ -9,7 +9,7 @@ file(GLOB python_sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/python/thrum/*.
   ${PROJECT_SOURCE_DIR}/python/thrum/py.typed)
 file(GLOB public_headers CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/include/thrum/*.h)
 
-add_library(thrum_python_library SHARED $<TARGET_OBJECTS:thrum_objects>
+add_library(thrum_python_library SHARED $<TARGET_OBJECTS:thrum_objects> $<TARGET_OBJECTS:thrum_contact>
   $<TARGET_OBJECTS:thrum_scene_objects> $<TARGET_OBJECTS:thrum_response_objects>
   $<TARGET_OBJECTS:thrum_gradient_objects>)
 target_link_libraries(thrum_python_library PRIVATE thrum_flags m)

@@ -35,7 +35,7 @@ export function writeWhole(path, content) {
 /** Compiles the runtime, the scenes, the bridge of the package and `folder` into the module at `path`. Clang 13 to 15 may move a
  * load into both lanes (v128.load64_splat) behind stores and calls that follow it: nothing in their
  * selection orders it against those. The SLP vectoriser makes such loads of numbers that change, as of
- * touch.force in solve_row of runtime/contact/contact_solve.c, whose `before` then has the force
+ * touch.force in solve_row of contact/contact_solve.c, whose `before` then has the force
  * after: it stays off. Loops and the kernel have such loads too, of numbers that nothing in their
  * block writes. Clang 16 and 19 are right with it on. @param {string} folder @param {string} path @param {string[]} defines */
 export function compile(folder, path, defines = []) {
@@ -43,7 +43,7 @@ export function compile(folder, path, defines = []) {
   const work = mkdtempSync(join(tmpdir(), 'thrum-wasm-'));
   try {
     // what a step spends its time in is fast, all else small: the package is to stay below 300 kB in gzip
-    const all = [...new Set(['core', 'runtime', 'scene', 'javascript', folder])].flatMap((name) => sources(join(root, name)));
+    const all = [...new Set(['core', 'runtime', 'contact', 'scene', 'javascript', folder])].flatMap((name) => sources(join(root, name)));
     const among = (names) => all.filter((name) => names.some((of) => name.startsWith(join(root, of))));
     const [fast, faster] = [among(FAST_AND_SMALL), among(FAST)];
     const objects = [['-O3', faster], ['-O2', fast], ['-Oz', all.filter((name) => ![...fast, ...faster].includes(name))]]

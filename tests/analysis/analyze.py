@@ -26,7 +26,7 @@ import tempfile
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 ROOT = os.path.dirname(os.path.dirname(HERE))
-FOLDERS = ("core", "runtime", "scene", "platform", "io", "mesh", "precompute", "config", "driver",
+FOLDERS = ("core", "runtime", "contact", "scene", "platform", "io", "mesh", "precompute", "config", "driver",
            "validation", "bench", "app", "examples", "mpi")
 # sources that a build by gcc does not compile: those of the pages, which are WebAssembly, what the
 # relocatable tarball adds, and thrum-mpi in a build without it

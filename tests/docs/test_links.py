@@ -12,7 +12,7 @@ import sys
 
 LINK = re.compile(r"\]\(([^)\s]+)\)")
 NAMED = re.compile(r"`([a-z_]+/[\w/.-]+\.(?:c|h|inl|py|sh|mjs|js|md|txt|csv|json))`")
-FOLDERS = {"app", "bench", "cmake", "config", "core", "docs", "driver", "examples", "include", "io", "mesh", "models", "mpi", "platform",
+FOLDERS = {"app", "bench", "cmake", "config", "contact", "core", "docs", "driver", "examples", "include", "io", "mesh", "models", "mpi", "platform",
            "precompute", "runtime", "scene", "tests", "validation", "viewer"}
 
 

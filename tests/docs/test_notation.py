@@ -11,7 +11,7 @@ import re
 import sys
 
 ROOT = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else pathlib.Path(__file__).parents[2])
-FOLDERS = ("include", "core", "runtime", "mesh", "precompute", "scene", "validation", "viewer/src")
+FOLDERS = ("include", "core", "runtime", "contact", "mesh", "precompute", "scene", "validation", "viewer/src")
 SUFFIXES = (".c", ".h", ".inl", ".js")
 
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""docs/tuning.md lists every numeric #define of core/ and runtime/, with its file and its value.
+"""docs/tuning.md lists every numeric #define of core/, runtime/ and contact/, with its file and its value.
 
 usage: tests/docs/test_tuning.py [ROOT]    exit 1 with the differences
 
@@ -23,7 +23,7 @@ ROW = re.compile(r"^\| `(\w+)` \| `([^`]+)` \| `([^`]+)` \|", re.MULTILINE)
 def constants():
     """(file, name) -> value of every numeric #define."""
     found = {}
-    for path in sorted([*(ROOT / "core").rglob("*"), *(ROOT / "runtime").rglob("*")]):
+    for path in sorted(path for folder in ("core", "runtime", "contact") for path in (ROOT / folder).rglob("*")):
         if path.suffix not in (".c", ".h", ".inl"):
             continue
         text = path.read_text(encoding="utf-8").replace("\\\n", " ")

@@ -3,7 +3,7 @@
  * body and of two. Each is called with every kind of model: plain, condensed, with touch modes, of
  * cubature points, of a law that flows, free, locked, scaled. A call that succeeds leaves finite
  * numbers.
- * sources: scene/*.c core/[a-z]*[a-z]/*.c runtime/[a-z]*[a-z]/*.c
+ * sources: scene/*.c core/[a-z]*[a-z]/*.c runtime/[a-z]*[a-z]/*.c contact/*.c
  * SPDX-License-Identifier: Apache-2.0 */
 #include "tests/fuzz/fuzz_use.h"
 

@@ -1,7 +1,7 @@
 /* Fuzz target of everything that a program does with a model: an input is a model file behind
  * PLAN_BYTES bytes that choose what is done. Whatever the file says, a call that succeeds leaves
  * finite numbers, and one that fails says why. Inputs get valid checksums.
- * sources: scene/*.c core/[a-z]*[a-z]/*.c runtime/[a-z]*[a-z]/*.c
+ * sources: scene/*.c core/[a-z]*[a-z]/*.c runtime/[a-z]*[a-z]/*.c contact/*.c
  * SPDX-License-Identifier: Apache-2.0 */
 #include "tests/fuzz/fuzz_use.h"
 #include "tests/support/scene_wind_def.h"

@@ -1,7 +1,8 @@
 /* Fuzz target of the functions of a scene that fuzz_model_use does not call: solids, motions of the
  * ground, changes between steps, and all that a scene says. Each is called with bodies of every
  * kind of model, at numbers of bodies and of all else that exist and that do not. sources:
- * scene/*.c core/[a-z]*[a-z]/*.c runtime/[a-z]*[a-z]/*.c SPDX-License-Identifier: Apache-2.0 */
+ * scene/*.c core/[a-z]*[a-z]/*.c runtime/[a-z]*[a-z]/*.c contact/*.c SPDX-License-Identifier:
+ * Apache-2.0 */
 #include "tests/fuzz/fuzz_use.h"
 
 #define STEPS 3

@@ -1,7 +1,7 @@
 /* Fuzz target of snapshots of scenes: a scene is built and stepped as the input says, its snapshot
  * is changed in places and gets the checksum of the changed bytes. What is refused leaves the scene
  * as it was, and what is restored can be stepped.
- * sources: scene/*.c core/[a-z]*[a-z]/*.c runtime/[a-z]*[a-z]/*.c
+ * sources: scene/*.c core/[a-z]*[a-z]/*.c runtime/[a-z]*[a-z]/*.c contact/*.c
  * SPDX-License-Identifier: Apache-2.0 */
 #include <float.h>
 

@@ -58,7 +58,7 @@ import time
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 # of the runtime, of scenes, and those of other libraries whose subject lies in core/base
-TESTS = ("core/*/test_*.c", "runtime/*/test_*.c", "scene/test_*.c", "precompute/test_quadratic_*.c")
+TESTS = ("core/*/test_*.c", "runtime/*/test_*.c", "contact/test_*.c", "scene/test_*.c", "precompute/test_quadratic_*.c")
 # measured in processor time without a fault; longer tests say little more for what they cost
 LONGEST_TEST = 15.0
 # this test counts the library's allocations by wrapping symbols that a shared library keeps
@@ -141,7 +141,7 @@ class Bench:
             rows = json.load(file)
         for row in rows:
             path = os.path.relpath(row["file"], ROOT)
-            if path.startswith(("core/", "runtime/")) and "thrum_objects" in row["command"]:
+            if path.startswith(("core/", "runtime/", "contact/")) and re.search("thrum_(objects|contact).dir", row["command"]):
                 self.commands[path] = self.compiler(shlex.split(row["command"]))
 
     @staticmethod
@@ -170,7 +170,8 @@ class Bench:
         kept = os.path.join(self.work, "prepared.json")
         state = hashlib.sha256()
         for path in sorted(glob.glob(os.path.join(ROOT, "core/*/*")) +
-                           glob.glob(os.path.join(ROOT, "runtime/*/*"))):
+                           glob.glob(os.path.join(ROOT, "runtime/*/*")) +
+                           glob.glob(os.path.join(ROOT, "contact/*"))):
             with open(path, "rb") as file:
                 state.update(file.read())
         found = {}
@@ -351,6 +352,7 @@ def draw(options):
     everything = []
     paths = sorted(glob.glob(os.path.join(ROOT, "core/*/*.c")) +
                    glob.glob(os.path.join(ROOT, "runtime/*/*.c")) +
+                   glob.glob(os.path.join(ROOT, "contact/*.c")) +
                    glob.glob(os.path.join(ROOT, "runtime/*/*.inl")))
     for full in paths:
         path = os.path.relpath(full, ROOT)

@@ -4,19 +4,20 @@
 Eight rules keep the tree readable:
   1. No cycle of includes between files or between folders.
   2. No private header is taken from above: each folder includes only folders below it, and what is
-     private to the runtime or to the scene library stays there (core/base and runtime/material serve
+     private to the runtime, to contact or to the scene library stays there (core/base and runtime/material serve
      everyone).
   3. A header declares the functions of its own .c and of no other. A family of files shares the
      header whose name they begin with: msh_read.h declares msh_read.c and msh_read_nodes.c. A
-     header in include/thrum is the face of a whole library: core/ and runtime/, scene/ for scene.h, response/ for response.h, or gradient/ for
-     gradient.h.
+     header in include/thrum is the face of a whole library: core/, runtime/ and contact/, scene/ for scene.h, response/ for
+     response.h, or gradient/ for gradient.h.
   4. No two source files have the same name.
   5. The core stands alone: a file of core/ includes core/ and the public headers that core/ implements,
      and names no function and no table that is defined above it. What is above is reached through the
-     two tables that each library has of its own, thrum_schemes and thrum_passes.
+     two tables that each library has of its own, thrum_schemes and thrum_passes. The runtime names nothing of contact/
+     either.
   6. No files call each other in a circle.
   7. A private header declares the functions of at most five files.
-  8. A number of core/, runtime/ and scene/ that was tuned has a name: a literal is written exactly by
+  8. A number of core/, runtime/, contact/ and scene/ that was tuned has a name: a literal is written exactly by
      sixteenths, as 0.5 and 12.0 are, or has the digits of a constant of mathematics, or stands in a
      #define (which docs/tuning.md lists) or in the defaults of a definition.
 
@@ -34,6 +35,7 @@ LAYERS = {
     "include": set(),
     "core": set(),
     "runtime": {"core"},
+    "contact": {"core", "runtime"},
     "scene": set(),
     "response": set(),
     "gradient": set(),
@@ -216,7 +218,7 @@ def check_headers(files):
             for source in sorted(where.get(name, ())):
                 if path.startswith("include/"):
                     own = os.path.basename(path)[:-2]
-                    home = (own,) if own in ("scene", "response", "gradient") else ("core", "runtime")
+                    home = (own,) if own in ("scene", "response", "gradient") else ("core", "runtime", "contact")
                     good = source.split("/")[0] in home
                 else:
                     stem = module_of(source)
@@ -241,6 +243,11 @@ def tables(text):
     return set(re.findall(outside, COMMENT.sub(" ", text), re.M))
 
 
+def words(text):
+    """The identifiers of a source, without those of comments and strings."""
+    return set(re.findall(r'\b[A-Za-z_]\w+', re.sub(r'"(?:\\.|[^"\\])*"', '""', COMMENT.sub(" ", text))))
+
+
 def check_core(files):
     def is_core(path):
         return path.startswith("core/")
@@ -259,9 +266,13 @@ def check_core(files):
             public = target.startswith("include/thrum/")
             if not is_core(target) and not (public and os.path.basename(target)[:-2] in CORE_HEADERS):
                 yield f"{path} includes {target}, which is above the core"
-        named = set(re.findall(r'\b[A-Za-z_]\w+', re.sub(r'"(?:\\.|[^"\\])*"', '""', COMMENT.sub(" ", text))))
-        for name in sorted(named & above.keys()):
+        for name in sorted(words(text) & above.keys()):
             yield f"{path} names {name} of {above[name]}, which is above the core"
+    contact = {name for name, path in above.items() if path.startswith("contact/")}
+    for path, text in sorted(files.items()):
+        if path.startswith("runtime/"):
+            for name in sorted(words(text) & contact):
+                yield f"{path} names {name} of {above[name]}, which is above the runtime"
 
 
 def definitions(files):
@@ -279,8 +290,7 @@ def check_calls(files):
     edges = {}
     for path, text in files.items():
         if path.endswith(".c"):
-            code = re.sub(r'"(?:\\.|[^"\\])*"', '""', COMMENT.sub(" ", text))
-            called = {where[name] for name in set(re.findall(r'\b[a-z]\w+', code)) if name in where}
+            called = {where[name] for name in words(text) if name in where}
             edges[path] = called - {path}
     for members in cycles(edges):
         yield f"files call each other in a circle: {', '.join(sorted(members))}"
@@ -301,7 +311,7 @@ def blank(match):
 
 def check_literals(files):
     for path, text in sorted(files.items()):
-        if path.split("/")[0] not in ("core", "runtime", "scene"):
+        if path.split("/")[0] not in ("core", "runtime", "contact", "scene"):
             continue
         text = re.sub(r'"(?:\\.|[^"\\\n])*"', '""', COMMENT.sub(blank, text))
         text = re.sub(r'^[ \t]*#[ \t]*define\b(?:[^\n]*\\\n)*[^\n]*', blank, text, flags=re.M)
@@ -330,6 +340,8 @@ def self_test(files):
                         "precompute/planted/other.h": "\n"}),
         (check_layers, {"mesh/planted.c": '#include "driver/planted.h"\n', "driver/planted.h": "\n"}),
         (check_layers, {"io/planted.c": '#include "core/step/planted.h"\n', "core/step/planted.h": "\n"}),
+        (check_layers, {"runtime/guard/planted.c": '#include "contact/planted.h"\n', "contact/planted.h": "\n"}),
+        (check_layers, {"scene/planted.c": '#include "contact/planted.h"\n', "contact/planted.h": "\n"}),
         (check_headers, {"io/planted_a.h": "int thrum_planted(int value);\n",
                          "io/planted_b.c": "int thrum_planted(int value) {\n  return value;\n}\n"}),
         (check_names, {"io/planted.h": "\n", "mesh/planted.h": "\n"}),
@@ -346,6 +358,8 @@ def self_test(files):
                       "runtime/guard/planted.c": "int thrum_planted(int value) {\n  return value;\n}\n"}),
         (check_core, {"core/step/planted.c": "const int *f(void) {\n  return &thrum_planted;\n}\n",
                       "runtime/comparison/planted.c": "const int thrum_planted = 1;\n"}),
+        (check_core, {"runtime/guard/planted.c": "int f(void) {\n  return thrum_planted(1);\n}\n",
+                      "contact/planted.c": "int thrum_planted(int value) {\n  return value;\n}\n"}),
         (check_calls, {"io/planted_a.c": "int planted_a(void) {\n  return planted_b();\n}\n",
                        "io/planted_b.c": "int planted_b(void) {\n  return planted_a();\n}\n"}),
         (check_owners, {"io/planted.h": "".join(f"int planted_{n}(void);\n" for n in range(6)),
