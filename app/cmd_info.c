@@ -192,6 +192,19 @@ static void add_materials(cJSON *object, const info *about) {
   }
 }
 
+/* How many vertices are on springs to the ground, and how stiff they are together. */
+static void add_springs(cJSON *object, const thrum_model *model) {
+  double sum[3] = {0, 0, 0}, count = 0;
+  for (int64_t v = 0; v < model->vertex_count; v++) {
+    const double *k = model->springs + 3 * v;
+    count += k[0] + k[1] + k[2] > 0;
+    for (int axis = 0; axis < 3; axis++)
+      sum[axis] += k[axis];
+  }
+  json_number(object, "spring_vertices", count);
+  json_numbers(object, "spring_stiffness_n_per_m", sum, 3);
+}
+
 static void add_mesh(cJSON *object, const info *about) {
   const thrum_quality *quality = &about->quality;
   const double missing = NAN;
@@ -202,6 +215,8 @@ static void add_mesh(cJSON *object, const info *about) {
   // counts, then what only a mesh has; null without one
   json_number(object, "regions", (double)about->model->region_count);
   add_materials(object, about);
+  if (about->model->springs != NULL)
+    add_springs(object, about->model);
   json_number(object, "fixed", about->has_mesh ? (double)quality->fixed_count : missing);
   json_number(object, "mass_kg", about->has_mesh ? quality->mass : missing);
   json_number(object, "volume_m3", about->has_mesh ? quality->volume : missing);
@@ -465,6 +480,10 @@ static const report_line head[] = {
 
 static const report_line body[] = {
     // measures of the whole body and of its worst element
+    REPORT_LINE("springs",
+                "{spring_vertices} vertices to the ground, {spring_stiffness_n_per_m:.6g} "
+                "N/m along x, y, z together",
+                .when = "spring_vertices"),
     REPORT_LINE("body", "{mass_kg:.6g} kg, {volume_m3:.6g} m^3"),
     REPORT_LINE("box",
                 "[[{box_min_m.0:g}, {box_max_m.0:g}]] x [[{box_min_m.1:g}, {box_max_m.1:g}]] x "

@@ -27,6 +27,7 @@ void thrum_mesh_free(thrum_mesh *mesh) {
   free(mesh->tet_region);
   free(mesh->materials);
   free(mesh->laws);
+  free(mesh->springs);
   for (int64_t i = 0; i < mesh->region_count && mesh->region_names; i++)
     free(mesh->region_names[i]);
   free(mesh->region_names);

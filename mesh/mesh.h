@@ -52,7 +52,9 @@ typedef struct thrum_mesh {
   thrum_material *materials; /* region_count */
   thrum_region_law *laws;    /* region_count; NULL: one law, which is not the mesh's to say */
   char **region_names;       /* region_count, NULL where the file has none; NULL: it has none */
-  bool has_material;         /* the file (or generator) said what it is made of; else all zero */
+  double
+      *springs; /* vertex_count x 3: stiffness to the ground along x, y and z [N/m]; NULL: none */
+  bool has_material; /* the file (or generator) said what it is made of; else all zero */
   int64_t group_count;
   thrum_group *groups;
   /* what cleaning changed, for the counted warnings */

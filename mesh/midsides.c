@@ -149,10 +149,13 @@ thrum_status thrum_midsides_append(thrum_mesh *mesh, const int32_t *ends, const 
   int32_t **lists = thrum_scope_allocate(&scope, mesh->group_count, sizeof *lists);
   int64_t *counts = thrum_scope_allocate(&scope, mesh->group_count, sizeof *counts);
   uint8_t *marked = thrum_scope_allocate(&scope, mesh->vertex_count, 1);
-  double *vertices = NULL;
+  double *vertices = NULL, *springs = NULL;
   thrum_status status = scope.status;
   THRUM_THEN(status, thrum_reserve(&vertices, mesh->vertex_count + count, 3 * sizeof *vertices,
                                    "the middle nodes", error));
+  if (mesh->springs)
+    THRUM_THEN(status, thrum_reserve(&springs, mesh->vertex_count + count, 3 * sizeof *springs,
+                                     "the middle nodes", error));
   for (size_t g = 0; g < groups && status >= 0; g++)
     status = grow_group(mesh, &mesh->groups[g], ends, count, marked, &lists[g], &counts[g], error);
 
@@ -163,6 +166,12 @@ thrum_status thrum_midsides_append(thrum_mesh *mesh, const int32_t *ends, const 
     double *old = mesh->vertices;
     mesh->vertices = vertices;
     vertices = old;
+    if (springs) {
+      memcpy(springs, mesh->springs, old_count * 3 * sizeof *springs);
+      old = mesh->springs;
+      mesh->springs = springs;
+      springs = old;
+    }
     mesh->vertex_count += count;
     mesh->made_midsides = count;
     for (size_t g = 0; g < groups; g++) {
@@ -177,6 +186,7 @@ thrum_status thrum_midsides_append(thrum_mesh *mesh, const int32_t *ends, const 
     free(lists[g]);
   thrum_scope_free(&scope);
   free(vertices);
+  free(springs);
   return status;
 }
 

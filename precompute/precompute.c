@@ -571,6 +571,14 @@ thrum_status thrum_precompute(const thrum_mesh *mesh, const uint8_t *fixed,
   if (p.options.law == THRUM_LAW_BY_REGION && !mesh->laws)
     return thrum_error_set(error, THRUM_MISSING, "the regions of the mesh have no laws");
 
+  // a point of the material cannot stand for a spring, nor can a polynomial from elsewhere
+  const bool other = options->shared != NULL || p.options.cubature ||
+                     (p.options.imported && p.options.imported->linear);
+  if (mesh->springs && other)
+    return thrum_error_set(error, THRUM_UNSUPPORTED,
+                           "springs to the ground go without cubature points, an imported "
+                           "polynomial, and several processes");
+
   // several processes take over where there are any
   const thrum_precompute_shared *shared = options->shared;
   if (shared != NULL)

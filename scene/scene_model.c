@@ -13,7 +13,7 @@ static thrum_model lean(const thrum_model *model) {
   copy.vertex_count = copy.tet_count = copy.region_count = 0;
   copy.group_count = copy.group_name_bytes = copy.group_vertex_count = copy.meta_bytes = 0;
   copy.meta = copy.fixed = copy.group_names = NULL;
-  copy.vertices = copy.material = copy.basis = copy.rigid = NULL;
+  copy.vertices = copy.springs = copy.material = copy.basis = copy.rigid = NULL;
   copy.tets = copy.midsides = copy.tet_region = copy.group_ends = copy.group_vertices = NULL;
   return copy;
 }

@@ -179,8 +179,8 @@ thrum_status thrum_layout_check_presence(const thrum_layout *layout, thrum_error
 
   // arrays whose rows are vertices
   static const int on_mesh[] = {THRUM_ARRAY_basis, THRUM_ARRAY_group_ends, THRUM_ARRAY_rigid,
-                                THRUM_ARRAY_midsides};
-  for (int i = 0; i < 4; i++)
+                                THRUM_ARRAY_midsides, THRUM_ARRAY_springs};
+  for (int i = 0; i < 5; i++)
     if (layout->data[on_mesh[i]] != NULL && !HAS(layout, vertices))
       return thrum_error_set(error, THRUM_MISSING, "array 'vertices' is missing: '%s' needs a mesh",
                              thrum_array_table[on_mesh[i]].name);
@@ -470,12 +470,29 @@ static thrum_status check_training(const thrum_layout *layout, thrum_error *erro
   return THRUM_OK;
 }
 
+// springs that pull back, of a body that has no rigid modes and no points
+static thrum_status check_springs(const thrum_layout *layout, thrum_error *error) {
+  for (int64_t i = 0; i < 3 * SIZE(layout, vertex_count); i++) {
+    const double stiffness = get_f8(layout->data[THRUM_ARRAY_springs], i);
+    if (!(stiffness >= 0.0))
+      return thrum_error_set(error, THRUM_BAD_VALUE,
+                             "array 'springs' holds %g (entry %" PRId64 "); stiffnesses are >= 0",
+                             stiffness, i);
+  }
+  if (HAS(layout, rigid) || HAS(layout, point_weights))
+    return thrum_error_set(error, THRUM_BAD_SHAPE, "array 'springs' does not go with '%s'",
+                           HAS(layout, rigid) ? "rigid" : "point_weights");
+  return THRUM_OK;
+}
+
 static thrum_status check_mesh(const thrum_layout *layout, thrum_error *error) {
   THRUM_TRY(check_indices(layout, THRUM_ARRAY_tets, SIZE(layout, vertex_count), error));
   THRUM_TRY(check_indices(layout, THRUM_ARRAY_tet_region, SIZE(layout, region_count), error));
   if (HAS(layout, midsides))
     THRUM_TRY(check_indices(layout, THRUM_ARRAY_midsides, SIZE(layout, vertex_count), error));
   THRUM_TRY(check_material(layout, error));
+  if (HAS(layout, springs))
+    THRUM_TRY(check_springs(layout, error));
 
   // rigid modes are those of a body that nothing holds; who reads both would count other unknowns
   const unsigned char *fixed = layout->data[THRUM_ARRAY_fixed];

@@ -34,6 +34,10 @@ static size_t material_doubles(const thrum_model *model) {
   return model->material ? 3 * (size_t)model->region_count : 0;
 }
 
+static size_t spring_doubles(const thrum_model *model) {
+  return model->springs ? 3 * (size_t)model->vertex_count : 0;
+}
+
 static size_t rigid_doubles(const thrum_model *model) {
   return model->rigid ? 18 * (size_t)model->vertex_count : 0;
 }
@@ -83,6 +87,7 @@ thrum_status thrum_model_scale_size(const thrum_model *model, size_t *size, thru
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "size is NULL");
   *size = thrum_round_up(own) + thrum_round_up(vertex_doubles(model) * sizeof(double)) +
           thrum_round_up(material_doubles(model) * sizeof(double)) +
+          thrum_round_up(spring_doubles(model) * sizeof(double)) +
           thrum_round_up(rigid_doubles(model) * sizeof(double));
   return THRUM_OK;
 }
@@ -151,6 +156,8 @@ static bool scale_arrays(void *memory, unsigned char *next, const thrum_model *m
   // arrays that a copy shares with its model get memory of their own
   scaled->vertices = append(&next, model->vertices, vertex_doubles(model), by->length, &finite);
   scaled->rigid = append(&next, model->rigid, rigid_doubles(model), f->basis, &finite);
+  scaled->springs =
+      append(&next, model->springs, spring_doubles(model), by->stiffness * by->length, &finite);
   double *material = append(&next, model->material, material_doubles(model), 1.0, &finite);
   scaled->material = material;
 

@@ -23,10 +23,10 @@ bool precompute_cubic_is_named(const char *name) {
 
 /* Refuses options that need what the file does not have. */
 static thrum_status check_options(const precompute_request *r, thrum_error *error) {
-  const bool mesh = r->fix_count > 0 || r->handle_count > 0 || r->material_count > 0 ||
-                    !isnan(r->material.young) || !isnan(r->material.poisson) ||
-                    !isnan(r->material.density) || r->reading.scale != 1 || r->reading.order > 0 ||
-                    r->reading.unit || r->reading.regions;
+  const bool mesh =
+      r->fix_count > 0 || r->handle_count > 0 || r->spring_count > 0 || r->material_count > 0 ||
+      !isnan(r->material.young) || !isnan(r->material.poisson) || !isnan(r->material.density) ||
+      r->reading.scale != 1 || r->reading.order > 0 || r->reading.unit || r->reading.regions;
   const bool basis = r->modes_given || r->rank_given || r->train_count > 0 || r->condense ||
                      r->dry_run || r->import_basis || r->export_modes;
   if (!mesh && !basis)

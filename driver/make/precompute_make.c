@@ -23,6 +23,7 @@
 #include "mesh/mesh_beam.h"
 #include "mesh/mesh_fix.h"
 #include "mesh/mesh_groups.h"
+#include "mesh/mesh_springs.h"
 #include "mesh/model_quality.h"
 #include "mesh/vertex_places.h"
 #include "platform/allocate.h"
@@ -156,6 +157,25 @@ static thrum_status hold_vertices(const precompute_request *request, const thrum
                                   uint8_t **fixed, thrum_error *error) {
   THRUM_TRY(thrum_reserve(fixed, mesh->vertex_count, 1, "what is held of the mesh", error));
   return fix_vertices(request, mesh, *fixed, error);
+}
+
+/* Adds the --spring options to the springs that the mesh has. */
+static thrum_status add_springs(const precompute_request *request, thrum_mesh *mesh,
+                                thrum_error *error) {
+  for (int64_t n = 0; n < request->spring_count; n++)
+    THRUM_TRY(config_error_of(error, thrum_mesh_add_springs(mesh, request->springs[n], error),
+                              "--spring"));
+  return THRUM_OK;
+}
+
+/* Shares them out again where middle nodes have come since, which are then of the same places. */
+static thrum_status share_springs(const precompute_request *request, int64_t vertices,
+                                  thrum_mesh *mesh, thrum_error *error) {
+  if (mesh->vertex_count == vertices || request->spring_count == 0)
+    return THRUM_OK;
+  free(mesh->springs);
+  mesh->springs = NULL;
+  return add_springs(request, mesh, error);
 }
 
 /* Counts the vertices held. */
@@ -526,13 +546,16 @@ thrum_status precompute_make(const precompute_request *request, precompute_show 
   // what the options say about the mesh: material, fixed vertices, handles
   THRUM_THEN(status, apply_material(&found, &mesh, error));
   THRUM_THEN(status, fix_vertices(request, &mesh, fixed, error));
-  if (status >= 0)
+  THRUM_THEN(status, add_springs(request, &mesh, error));
+  if (status >= 0 && mesh.springs == NULL)
     warn_free(request, count_held(&mesh, fixed));
 
   // linear elements that lock may get their middle nodes, in which handles share too
   const bool read = !mesh_of_model_is_named(request->mesh_name);
+  const int64_t vertices = mesh.vertex_count;
   THRUM_THEN(status, element_order_choose(&found, read, hold_vertices, &mesh, &fixed,
                                           &outcome.order, error));
+  THRUM_THEN(status, share_springs(request, vertices, &mesh, error));
   if (status >= 0) {
     if (!request->quiet)
       element_order_say(&outcome.order, &mesh, path_basename(request->mesh_name));

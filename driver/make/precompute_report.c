@@ -89,6 +89,8 @@ static void add_options(cJSON *meta, const precompute_request *request,
     const char *spec = request->fixes[n];
     json_add_string(fixes, strpbrk(spec, "<>") != NULL ? spec : path_basename(spec));
   }
+  if (request->spring_count > 0)
+    json_strings(options, "spring", request->springs, request->spring_count);
   json_strings(options, "handles", request->handles, request->handle_count);
 }
 

@@ -42,6 +42,12 @@ static thrum_status take_fix(const config_given *given, void *request) {
   return THRUM_OK;
 }
 
+static thrum_status take_spring(const config_given *given, void *request) {
+  precompute_request *r = request;
+  r->springs[r->spring_count++] = given->text;
+  return THRUM_OK;
+}
+
 static thrum_status take_handle(const config_given *given, void *request) {
   precompute_request *r = request;
   keep_line(given, r, r->handle_lines, r->handle_count);
@@ -91,6 +97,11 @@ static const config_option options[] = {
                 "vertices (2, 3:7, # comment), or a group of the mesh; a suffix such as :z or :xy "
                 "picks the axes",
                 .path = CONFIG_PATH_IF_THERE, .repeats = true, .take = take_fix),
+    OPTION_TEXT("spring", "WHERE:K", NULL,
+                "springs between vertices and the ground: WHERE is as of --fix, K their stiffness "
+                "together in N/m along each axis, or KX,KY,KZ, such as mid:37 or 'x>0.99:0,0,2e3'; "
+                "several add up",
+                .repeats = true, .take = take_spring),
 
     // its material, its unit and its elements
     OPTION_GROUP(material_options, "", AT(material)),
@@ -304,6 +315,7 @@ static int check_jobs(const precompute_request *request) {
 const char *precompute_request_alone(const precompute_request *request) {
   return request->import_basis       ? "--import-basis"
          : request->options.cubature ? "--cubature"
+         : request->spring_count > 0 ? "--spring"
          : request->handle_count > 0 ? "--handles"
          : request->train_count > 0  ? "--train"
                                      : NULL;
@@ -377,6 +389,9 @@ int precompute_options_read(int argc, char **argv, precompute_request *request) 
       (request->condense || request->options.single || request->import_cubic))
     return config_usage("precompute", "--cubature has no polynomial: it goes without --condense, "
                                       "--precision single and --import-cubic");
+  if (request->spring_count > 0 && (request->options.cubature || request->import_cubic))
+    return config_usage("precompute", "--spring goes without --cubature and --import-cubic, which "
+                                      "have no place for what is not of the material");
 
   // an imported basis takes the place of modes, and its polynomial cannot come alone
   if (request->import_cubic && !request->import_basis)

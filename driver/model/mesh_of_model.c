@@ -71,6 +71,7 @@ thrum_status mesh_of_model_read(const char *path, thrum_mesh *mesh, uint8_t **fi
     made.tets = copy(lent.tets, 4 * lent.tet_count, sizeof *lent.tets, &whole);
     made.midsides = copy(lent.midsides, 6 * lent.tet_count, sizeof *lent.midsides, &whole);
     made.tet_region = copy(lent.tet_region, lent.tet_count, sizeof *lent.tet_region, &whole);
+    made.springs = copy(lent.springs, 3 * lent.vertex_count, sizeof *lent.springs, &whole);
     made.file_vertex_count = lent.vertex_count;
     held = copy(model->fixed, model->vertex_count, 1, &whole);
     copy_groups(model, &made, &whole);

@@ -28,11 +28,21 @@ void static_forces_free(static_forces *forces) {
   *forces = (static_forces){0};
 }
 
+/* Is a vertex held, or on springs to the ground? */
+static bool is_supported(const static_body *body, int64_t v) {
+  const double *springs = body->model->springs != NULL ? body->model->springs + 3 * v : NULL;
+  return body->held[v] != 0 || (springs != NULL && springs[0] + springs[1] + springs[2] > 0);
+}
+
 /* The force that holds a vertex: zero along what is free. */
 static void reaction_of(const static_body *body, int64_t v, double force[3]) {
   for (int axis = 0; axis < 3; axis++)
     force[axis] =
         body->held[v] >> axis & 1 ? body->internal[3 * v + axis] - body->loads[3 * v + axis] : 0;
+
+  // a spring pulls back
+  for (int axis = 0; axis < 3 && body->model->springs != NULL; axis++)
+    force[axis] -= body->model->springs[3 * v + axis] * body->u[3 * v + axis];
 }
 
 static void add(const static_body *body, int64_t v, const double force[3], static_resultant *sum) {
@@ -54,7 +64,7 @@ static void add_reactions(const static_body *body, const int32_t *vertices, int6
     const int64_t v = vertices != NULL ? vertices[k] : k;
     double force[3];
     reaction_of(body, v, force);
-    if (body->held[v] != 0)
+    if (is_supported(body, v))
       add(body, v, force, sum);
   }
 }
@@ -126,7 +136,7 @@ static thrum_status write_reactions(const char *path, const static_body *body, t
   for (int64_t v = 0; v < body->model->vertex_count && status >= 0; v++) {
     const double *x = body->model->vertices + 3 * v, *u = body->u + 3 * v;
     double force[3];
-    if (body->held[v] == 0)
+    if (!is_supported(body, v))
       continue;
     reaction_of(body, v, force);
     snprintf(line, sizeof line, "%" PRId64 ",%.17g,%.17g,%.17g,%.17g,%.17g,%.17g\n", v + 1,

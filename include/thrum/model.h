@@ -120,7 +120,9 @@ typedef enum thrum_training_number {
   X(f8, region_yield, law_count, 1, OPTIONAL,                                                      \
     "elastic strain beyond which a region flows, > 0; 0: it has none of its own")                  \
   X(f8, point_training, 4, 1, OPTIONAL,                                                            \
-    "what the points were chosen by, thrum_training_number; absent: not known")
+    "what the points were chosen by, thrum_training_number; absent: not known")                    \
+  X(f8, springs, vertex_count, 3, OPTIONAL,                                                        \
+    "stiffness to the ground along x, y, z, >= 0 [N/m], which omega2 has in it; absent: none")
 /* basis_rows is 3 * vertex_count, point_rows 9 * point_count */
 
 typedef double thrum_f8;

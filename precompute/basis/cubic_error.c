@@ -206,7 +206,9 @@ static void apply(const hierarchy *h, add_forces *add, const double *field, doub
 }
 
 static void multiply(const hierarchy *h, const double *field, double *image) {
+  const cubic_problem *s = h->context;
   apply(h, add_stiffness, field, image);
+  thrum_fem_add_free_springs(s->fem, field, image);
 }
 
 static void weigh(const hierarchy *h, const double *field, double *image) {

@@ -156,6 +156,7 @@ static void multiply(const hierarchy *h, const double *field, double *image) {
                 tet.volume / 5 * tet.gradient[other][d] * (stress[at][c][d] + stress[4][c][d]);
       }
   }
+  thrum_fem_add_free_springs(s->fem, field, image);
   hierarchy_clear_held(h, image);
 }
 

@@ -1,5 +1,6 @@
-/* Do the held components stop every rigid motion? For each connected part, the six rigid motions
- * restricted to its held components have full rank exactly when it is held. O(vertices + tets).
+/* Do the held components, and those on springs, stop every rigid motion? For each connected part,
+ * the six rigid motions restricted to its held components have full rank exactly when it is held.
+ * O(vertices + tets).
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include "precompute/fem/constraints.h"
@@ -53,6 +54,10 @@ static void hold(part *p, const double *position, int axis) {
       p->gram[6 * c + d] += row[c] * row[d];
 }
 
+static bool is_held(const thrum_fem *fem, int64_t component) {
+  return fem->dof[component] < 0 || (fem->springs && fem->springs[component] > 0);
+}
+
 static void measure_parts(const thrum_fem *fem, const int32_t *parent, const int32_t *index,
                           part *parts) {
   for (int64_t v = 0; v < fem->vertex_count; v++) {
@@ -67,7 +72,7 @@ static void measure_parts(const thrum_fem *fem, const int32_t *parent, const int
       p->size = fmax(p->size, fabs(fem->vertices[3 * v + c] - p->centre[c]));
   }
   for (int64_t c = 0; c < 3 * fem->vertex_count; c++)
-    if (fem->dof[c] < 0)
+    if (is_held(fem, c))
       hold(&parts[index[parent[c / 3]]], fem->vertices + c / 3 * 3, (int)(c % 3));
 }
 
@@ -122,7 +127,9 @@ thrum_status thrum_constraints_check(const thrum_fem *fem, bool *free_body, thru
       index[v] = parent[v] == v ? count++ : -1;
 
     // a body with nothing held is free, if it is one part
-    const bool nothing_held = fem->free_count == 3 * fem->vertex_count;
+    bool nothing_held = true;
+    for (int64_t c = 0; c < 3 * fem->vertex_count && nothing_held; c++)
+      nothing_held = !is_held(fem, c);
     if (nothing_held)
       status = judge_free(count, free_body, error);
     else

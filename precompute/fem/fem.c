@@ -253,7 +253,8 @@ thrum_status thrum_fem_create_of_order(const thrum_mesh *mesh, const uint8_t *fi
                     .point_count = 1,
                     .nodes = mesh->tets,
                     .tet_region = mesh->tet_region,
-                    .laws = mesh->laws};
+                    .laws = mesh->laws,
+                    .springs = mesh->springs};
 
   // a body that failed half way leaves nothing
   thrum_status status = fill(mesh, fixed, order, &made, error);
@@ -307,4 +308,21 @@ void thrum_fem_gather(const thrum_fem *fem, const double *all, double *free_ones
 void thrum_fem_scatter(const thrum_fem *fem, const double *free_ones, double *all) {
   for (int64_t c = 0; c < 3 * fem->vertex_count; c++)
     all[c] = fem->dof[c] < 0 ? 0 : free_ones[fem->dof[c]];
+}
+
+double thrum_fem_add_springs(const thrum_fem *fem, int lanes, const double *u, double *image) {
+  double energy = 0;
+  for (int64_t c = 0; fem->springs && c < 3 * fem->vertex_count; c++)
+    for (int64_t i = lanes * c; fem->springs[c] > 0 && i < lanes * (c + 1); i++) {
+      const double force = fem->springs[c] * u[i];
+      energy += 0.5 * force * u[i];
+      if (image)
+        image[i] += force;
+    }
+  return energy;
+}
+
+void thrum_fem_add_free_springs(const thrum_fem *fem, const double *u, double *image) {
+  for (int64_t i = 0; fem->springs && i < fem->free_count; i++)
+    image[i] += fem->springs[fem->component[i]] * u[i];
 }

@@ -44,9 +44,10 @@ typedef struct thrum_fem {
   double *lambda, *mu;          /* region_count, Lame's constants [Pa] */
   thrum_law law;                /* of all regions; Saint Venant-Kirchhoff as it is made */
   const thrum_region_law *laws; /* the mesh's, region_count, where the law is that by region */
-  const double *plastic;    /* tet_count x point_count x 9: F_p^-1 - 1 of plastic flow, borrowed;
-                               NULL, as it is made: none */
-  double *density;          /* region_count [kg/m^3] */
+  const double *plastic; /* tet_count x point_count x 9: F_p^-1 - 1 of plastic flow, borrowed;
+                            NULL, as it is made: none */
+  double *density;       /* region_count [kg/m^3] */
+  const double *springs; /* the mesh's, vertex_count x 3 [N/m]; NULL: none hold it to the ground */
   int64_t *incident_begin;  /* vertex_count + 1 */
   int64_t *incident;        /* node_count tet_count: node_count t + node of the tets around each
                                vertex */
@@ -99,6 +100,13 @@ void thrum_fem_vertex_mass(const thrum_fem *fem, thrum_mass kind, double *mass);
 
 /* V_full(u) [J] and R_full(u) = grad V_full [N]; u and force: 3 vertex_count, force may be NULL. */
 double thrum_fem_energy(const thrum_fem *fem, const double *u, double *force);
+
+/* image += S u, S the stiffness of the springs to the ground, a diagonal; all components (3
+ * vertex_count), `lanes` displacements side by side. Returns u.S u / 2 [J], of all lanes. */
+double thrum_fem_add_springs(const thrum_fem *fem, int lanes, const double *u, double *image);
+
+/* The same of the free components alone (free_count). */
+void thrum_fem_add_free_springs(const thrum_fem *fem, const double *u, double *image);
 
 /* Between all components (3 vertex_count) and the free ones (free_count). */
 void thrum_fem_gather(const thrum_fem *fem, const double *all, double *free_ones);

@@ -228,6 +228,10 @@ static void assemble(const thrum_fem *fem, const double *u, bool positive,
   memset(stiffness->value, 0, sizeof(double) * (size_t)stiffness->begin[stiffness->size]);
   for (int64_t t = 0; t < fem->tet_count; t++)
     add_tet(fem, t, u, positive, stiffness);
+
+  // a column begins with its diagonal
+  for (int64_t i = 0; fem->springs && i < fem->free_count; i++)
+    stiffness->value[stiffness->begin[i]] += fem->springs[fem->component[i]];
 }
 
 thrum_status thrum_fem_stiffness(const thrum_fem *fem, const double *u, thrum_sparse *stiffness,
@@ -390,5 +394,5 @@ double thrum_fem_energy(const thrum_fem *fem, const double *u, double *force) {
   for (int64_t t = 0; t < fem->tet_count; t++)
     for (int p = 0; p < fem->point_count; p++)
       energy += add_point(fem, t, p, u, force);
-  return energy;
+  return energy + thrum_fem_add_springs(fem, 1, u, force);
 }

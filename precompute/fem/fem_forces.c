@@ -95,4 +95,5 @@ void thrum_fem_forces(const thrum_fem *fem, const double *u, double *force) {
       add_forces(fem, node, fem->weight[t * fem->point_count + point], shape, &p, force);
     }
   }
+  thrum_fem_add_springs(fem, LANES, u, force);
 }

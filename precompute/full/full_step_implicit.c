@@ -63,6 +63,13 @@ static void add_mean_forces(thrum_full *full, int64_t t, int p) {
   }
 }
 
+/* Adds the mean forces of the springs to the ground. */
+static void add_mean_springs(thrum_full *full) {
+  const thrum_fem *fem = full_elastic(full);
+  for (int64_t c = 0; fem->springs && c < 3 * fem->vertex_count; c++)
+    full->forces[c] += fem->springs[c] * 0.5 * (full->place[c] + full->place_to[c]);
+}
+
 /* r -= R-bar between full->place and full->place_to. */
 static void take_mean_forces(thrum_full *full, double *r) {
   const thrum_fem *fem = full_elastic(full);
@@ -70,6 +77,7 @@ static void take_mean_forces(thrum_full *full, double *r) {
   for (int64_t t = 0; t < fem->tet_count; t++)
     for (int p = 0; p < fem->point_count; p++)
       add_mean_forces(full, t, p);
+  add_mean_springs(full);
 
   for (int64_t i = 0; i < fem->free_count; i++)
     r[i] -= full->forces[fem->component[i]];

@@ -29,6 +29,7 @@ thrum_status thrum_model_borrow_mesh(const thrum_model *model, thrum_mesh *mesh,
   mesh->tets = thrum_model_writable(model->tets);
   mesh->midsides = thrum_model_writable(model->midsides);
   mesh->tet_region = thrum_model_writable(model->tet_region);
+  mesh->springs = thrum_model_writable(model->springs);
 
   // only materials and laws are of another form, so they are copied
   THRUM_TRY(thrum_reserve(&mesh->materials, mesh->region_count, sizeof *mesh->materials,

@@ -109,6 +109,8 @@ thrum_status thrum_model_fill_mesh(const thrum_mesh *mesh, const uint8_t *fixed,
   THRUM_TRY(keep(&model->fixed, fixed, vertices, 1, error));
   if (mesh->midsides)
     THRUM_TRY(keep(&model->midsides, mesh->midsides, 6 * tets, sizeof(int32_t), error));
+  if (mesh->springs)
+    THRUM_TRY(keep(&model->springs, mesh->springs, 3 * vertices, sizeof(double), error));
   THRUM_TRY(fill_reduced(rank, points, model, error));
   return fill_groups(mesh, model, error);
 }

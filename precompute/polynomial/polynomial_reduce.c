@@ -286,6 +286,14 @@ static void copy_linear(const double *gram, int64_t m, int64_t rank, double *lin
       linear[i * rank + j] = linear[j * rank + i] = gram[i + j * m];
 }
 
+// linear += U^T S U, S the springs to the ground
+static void add_springs(const thrum_fem *fem, int64_t rank, const double *basis, double *linear) {
+  for (int64_t c = 0; fem->springs && c < 3 * fem->vertex_count; c++)
+    for (int64_t i = 0; fem->springs[c] > 0 && i < rank; i++)
+      for (int64_t j = 0; j < rank; j++)
+        linear[i * rank + j] += fem->springs[c] * basis[c * rank + i] * basis[c * rank + j];
+}
+
 void thrum_indices_sort(int64_t *index, int count) {
   for (int a = 1; a < count; a++)
     for (int b = a; b > 0 && index[b] < index[b - 1]; b--) {
@@ -363,6 +371,7 @@ thrum_status thrum_polynomial_reduce(const thrum_fem *fem, int64_t rank, int64_t
   const thrum_status status = make_gram(fem, rank, basis, squared, others, reporter, &gram, error);
   if (status >= 0) {
     copy_linear(gram, columns_of(rank, squared), rank, linear);
+    add_springs(fem, rank, basis, linear);
     symmetrise(gram, rank, squared, c3, c4);
     if (others != NULL)
       add_mixed(others, rank, squared, c3);
@@ -383,6 +392,7 @@ thrum_status thrum_reduced_stiffness(const thrum_fem *fem, int64_t rank, const d
   const thrum_status status = make_gram(fem, rank, basis, 0, NULL, NULL, &gram, error);
   if (status >= 0) {
     copy_linear(gram, rank, rank, linear);
+    add_springs(fem, rank, basis, linear);
     thrum_ranks_sum(fem->ranks, linear, rank * rank);
   }
   free(gram);

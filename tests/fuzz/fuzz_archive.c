@@ -147,6 +147,8 @@ static void draw_model(drawn_archive *archive, fuzz_draw *draw) {
   }
   if (mesh && ten)
     ADD("midsides", "<i4", 1, 6, 4, 5, 6, 7, 8, 9);
+  if (mesh && !is_free && !points && bits & 16)
+    ADD("springs", "<f8", vertices, 3, 0, 100, 0.5);
 }
 
 /* A surface of one triangle. */
