@@ -116,7 +116,7 @@ int bench_contact_command(int argc, char **argv) {
     const thrum_model *given = NULL;
     status = thrum_model_load(argv[optind], &given, &error);
     THRUM_THEN(status, measure(&asked, given, &error));
-    thrum_model_free(given);
+    thrum_model_destroy(given);
   } else {
     thrum_model *block = NULL;
     status = bench_model_block(asked.rank, &block, &error);

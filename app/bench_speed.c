@@ -178,7 +178,7 @@ int bench_each_model(bench_request *request, bench_run *run, const char *const *
     status = bench_check_implicit(given ? given->rank : request->ranks[n],
                                   request->step.implicit_wanted, &error);
   if (status < 0) {
-    thrum_model_free(given);
+    thrum_model_destroy(given);
     return config_refuse(&error);
   }
 
@@ -196,7 +196,7 @@ int bench_each_model(bench_request *request, bench_run *run, const char *const *
     status = given ? run(request, given, rows, &error) : run_rank(request, n, run, rows, &error);
   }
 
-  thrum_model_free(given);
+  thrum_model_destroy(given);
   config_progress_end(&progress, status >= 0);
 
   if (status >= 0 && request->folder)

@@ -115,6 +115,6 @@ int cmd_embed(int argc, char **argv) {
   }
 
   thrum_embed_free(&embed);
-  thrum_model_free(model);
+  thrum_model_destroy(model);
   return config_end(status, far, &error);
 }

@@ -43,7 +43,7 @@ static int run_request(const identify_request *request) {
   const bool flagged = status >= 0 && strcmp(identify_status_name(&fit), "done") != 0;
   const int code = config_end(status, flagged, &error);
   identify_fit_close(&fit);
-  thrum_model_free(loaded);
+  thrum_model_destroy(loaded);
   return code;
 }
 

@@ -723,6 +723,6 @@ int cmd_info(int argc, char **argv) {
   free(about.hertz);
   free(about.stepped);
   free(about.steps_memory);
-  thrum_model_free(about.model);
+  thrum_model_destroy(about.model);
   return status < 0 ? config_refuse(&error) : COMMAND_DONE;
 }

@@ -51,7 +51,7 @@ static int run_request(const response_request *request) {
   const bool flagged = status >= 0 && strcmp(response_status_name(&curve, &worth), "done") != 0;
   const int code = config_end(status, flagged, &error);
   response_curve_close(&curve);
-  thrum_model_free(loaded);
+  thrum_model_destroy(loaded);
   return code;
 }
 

@@ -270,7 +270,7 @@ static int run_request(const static_request *request) {
   free(answer.displaced);
   static_forces_free(&answer.forces);
   node_stress_close(&answer.stress);
-  thrum_model_free(loaded);
+  thrum_model_destroy(loaded);
   return code;
 }
 

@@ -675,7 +675,7 @@ int cmd_tradeoff(int argc, char **argv) {
       train_case_free(&t.test_cases[n]);
     free(t.forces);
     free(t.courses);
-    thrum_model_free(t.loaded);
+    thrum_model_destroy(t.loaded);
   }
 
   thrum_scope_free(&scope);

@@ -30,7 +30,7 @@ thrum_status experiments_body_load(const experiments_request *request, int64_t n
   // a model that is there has its body, and the caller frees both
   const thrum_status status = make_body(request->models[n], model, &bodies->bodies[n], error);
   if (status < 0)
-    thrum_model_free(model);
+    thrum_model_destroy(model);
   else
     bodies->models[n] = model;
   return status;
@@ -40,7 +40,7 @@ void experiments_bodies_free(experiments_bodies *bodies) {
   for (int64_t n = 0; bodies != NULL && n < EXPERIMENTS_MODELS_MAX; n++) {
     if (bodies->models[n] != NULL)
       experiment_body_free(&bodies->bodies[n]);
-    thrum_model_free(bodies->models[n]);
+    thrum_model_destroy(bodies->models[n]);
   }
   free(bodies);
 }

@@ -66,6 +66,6 @@ bool info_surface(const char *path, bool json) {
       e->meta != NULL ? cJSON_ParseWithLength((const char *)e->meta, (size_t)e->meta_bytes) : NULL;
   report_show(make_report(path, e, &m, meta), NULL, json, REPORT_LABEL_WIDE, lines);
   cJSON_Delete(meta);
-  thrum_embedding_free(e);
+  thrum_embedding_destroy(e);
   return true;
 }

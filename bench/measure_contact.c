@@ -50,7 +50,7 @@ static thrum_status make_scene(trial *t, bench_contact_scene which, thrum_error 
   static const double gravity[3] = {0.0, 0.0, -9.81};
   const thrum_contact_pairs_def contact = thrum_default_contact_pairs_def();
   const bench_contact *bench = t->bench;
-  THRUM_TRY(thrum_scene_make(bench->dt, &t->scenes[which], error));
+  THRUM_TRY(thrum_scene_create(bench->dt, &t->scenes[which], error));
   thrum_scene *scene = t->scenes[which];
   THRUM_TRY(thrum_scene_set_workers(scene, bench->threads, thrum_thread_team_run, t->team, error));
 
@@ -131,7 +131,7 @@ thrum_status bench_contact_run(bench_contact *bench, thrum_error *error) {
 
   // scenes go before the threads that step them
   for (int n = 0; n < BENCH_CONTACT_SCENES; n++)
-    thrum_scene_free(t.scenes[n]);
+    thrum_scene_destroy(t.scenes[n]);
   thrum_thread_team_free(t.team);
   thrum_scope_free(&t.memory);
   return status < 0 ? status : THRUM_OK;

@@ -38,6 +38,6 @@ int main(int argc, char **argv) {
   }
 
   thrum_state_destroy(state);
-  thrum_model_free(model);
+  thrum_model_destroy(model);
   return 0;
 }

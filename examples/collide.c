@@ -35,7 +35,7 @@ int main(int argc, char **argv) {
   thrum_contact_pairs_def def = thrum_default_contact_pairs_def();
   def.friction = 0.3;
   def.restitution = 0.5;
-  int failed = triangles == NULL || thrum_scene_make(0.002, &scene, &error) < 0 ||
+  int failed = triangles == NULL || thrum_scene_create(0.002, &scene, &error) < 0 ||
                thrum_scene_set_collisions(scene, &def, &error) < 0 ||
                add(scene, model, triangles, count, 0, 0, 2, &error) < 0 ||
                add(scene, model, triangles, count, 0.6, 0.08, -1, &error) < 0;
@@ -56,7 +56,7 @@ int main(int argc, char **argv) {
 
   if (failed)
     fprintf(stderr, "collide: %s\n", error.message);
-  thrum_scene_free(scene);
-  thrum_model_free(model);
+  thrum_scene_destroy(scene);
+  thrum_model_destroy(model);
   return failed;
 }

@@ -55,6 +55,6 @@ int main(int argc, char **argv) {
 
   thrum_state_destroy(state);
   free(contact);
-  thrum_model_free(model);
+  thrum_model_destroy(model);
   return 0;
 }

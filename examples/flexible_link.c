@@ -668,7 +668,7 @@ static thrum_status swing(const thrum_model *model, arm *a, double *off, double 
   const double gravity[3] = {0, 0, -9.81};
   double first[3], tip[3], other[3], straight[3], way = 0, far = 0;
   thrum_scene *scene = NULL;
-  THRUM_TRY(thrum_scene_make(STEP, &scene, error));
+  THRUM_TRY(thrum_scene_create(STEP, &scene, error));
   thrum_status status = scene_arm(model, a, scene, error);
   if (status >= 0)
     status = link_site(&a->soft, &a->tip, first, NULL, NULL, NULL, error);
@@ -694,7 +694,7 @@ static thrum_status swing(const thrum_model *model, arm *a, double *off, double 
     far = fmax(far, distance(tip, other));
   }
   *off = far / way;
-  thrum_scene_free(scene);
+  thrum_scene_destroy(scene);
   return status;
 }
 
@@ -718,7 +718,7 @@ int main(int argc, char **argv) {
   }
   if (status >= 0)
     status = check_bias(model, &bias, &error);
-  thrum_model_free(model);
+  thrum_model_destroy(model);
   if (status < 0)
     return fprintf(stderr, "flexible_link: %s\n", error.message), 1;
 

@@ -92,6 +92,6 @@ int main(int argc, char **argv) {
   printf("%d steps: the longest took %.0f us, %d came late; at most %.2f N\n", steps, 1e6 * longest,
          late, strongest);
   thrum_state_destroy(state);
-  thrum_model_free(model);
+  thrum_model_destroy(model);
   return strongest > 0 ? 0 : 1;
 }

@@ -63,7 +63,7 @@ int main(int argc, char **argv) {
     return fprintf(stderr, "usage: hinge MODEL.npz\n%s\n", error.message), 1;
 
   // the model is 0.4 m long, from its origin on
-  int failed = thrum_scene_make(0.002, &scene, &error) < 0 ||
+  int failed = thrum_scene_create(0.002, &scene, &error) < 0 ||
                thrum_scene_set_gravity(scene, gravity, &error) < 0 ||
                add(scene, model, 0, &error) < 0 || add(scene, model, 0.4, &error) < 0 ||
                join(scene, THRUM_LINK_HINGE, 0, -1, 0, 1e9, &error) < 0 ||
@@ -75,7 +75,7 @@ int main(int argc, char **argv) {
 
   if (failed)
     fprintf(stderr, "hinge: %s\n", error.message);
-  thrum_scene_free(scene);
-  thrum_model_free(model);
+  thrum_scene_destroy(scene);
+  thrum_model_destroy(model);
   return failed;
 }

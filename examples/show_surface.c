@@ -58,7 +58,7 @@ int main(int argc, char **argv) {
 
   free(buffer);
   thrum_state_destroy(state);
-  thrum_surface_free(surface);
-  thrum_model_free(model);
+  thrum_surface_destroy(surface);
+  thrum_model_destroy(model);
   return 0;
 }

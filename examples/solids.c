@@ -48,7 +48,7 @@ int main(int argc, char **argv) {
   body.position[2] = 0.43;
   body.free = 1;
   body.state.damping_alpha = 2;
-  int failed = triangles == NULL || thrum_scene_make(0.002, &scene, &error) < 0 ||
+  int failed = triangles == NULL || thrum_scene_create(0.002, &scene, &error) < 0 ||
                thrum_scene_set_gravity(scene, gravity, &error) < 0 ||
                thrum_scene_add_body(scene, &body, NULL, &error) < 0 ||
                thrum_scene_add_probe(scene, "middle", 0, NULL, 0, &error) < 0 ||
@@ -69,7 +69,7 @@ int main(int argc, char **argv) {
 
   if (failed)
     fprintf(stderr, "solids: %s\n", error.message);
-  thrum_scene_free(scene);
-  thrum_model_free(model);
+  thrum_scene_destroy(scene);
+  thrum_model_destroy(model);
   return failed;
 }

@@ -78,6 +78,6 @@ int main(int argc, char **argv) {
   free(body.work);
   thrum_state_destroy(body.state);
   thrum_inertia_destroy(body.inertia);
-  thrum_model_free(body.model);
+  thrum_model_destroy(body.model);
   return status < 0;
 }

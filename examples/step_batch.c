@@ -53,6 +53,6 @@ int main(int argc, char **argv) {
          BODIES * stride / 1024, first.total, last.total);
 
   free(memory);
-  thrum_model_free(model);
+  thrum_model_destroy(model);
   return first.total == 0 && last.total > 0 ? 0 : 1;
 }

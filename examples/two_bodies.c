@@ -50,7 +50,7 @@ int main(int argc, char **argv) {
 
   // the positions at rest, from which the tips move
   double rest[2] = {0, 0}, position[3];
-  int failed = thrum_scene_make(0.003, &scene, &error) < 0 || fill(scene, model, &error) < 0;
+  int failed = thrum_scene_create(0.003, &scene, &error) < 0 || fill(scene, model, &error) < 0;
   for (int n = 0; n < 2 && !failed; n++) {
     failed = thrum_scene_probe(scene, n, position, NULL, &error) < 0;
     rest[n] = position[2];
@@ -70,7 +70,7 @@ int main(int argc, char **argv) {
 
   if (failed)
     fprintf(stderr, "two_bodies: %s\n", error.message);
-  thrum_scene_free(scene);
-  thrum_model_free(model);
+  thrum_scene_destroy(scene);
+  thrum_model_destroy(model);
   return failed;
 }

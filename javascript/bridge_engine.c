@@ -105,7 +105,7 @@ const thrum_model *EXPORT(js_model_pointer)(const js_model *of) {
 }
 
 /* States, scenes and models made from it must be gone. */
-void EXPORT(js_model_free)(js_model *model) {
+void EXPORT(js_model_destroy)(js_model *model) {
   free(model->memory);
   free(model);
 }
@@ -178,7 +178,7 @@ int32_t EXPORT(js_displacement)(const js_model *of, const double *q, double *out
 
 /* Stress at the nodes of a model, which must stay. numbers: how many there are, 1 where stress is
  * extrapolated to them. */
-void *EXPORT(js_stress_nodes_make)(const js_model *of) {
+void *EXPORT(js_stress_nodes_create)(const js_model *of) {
   const thrum_model *shape = thrum_condensed_shape_model(of->model);
   size_t size = 0;
   const thrum_stress_nodes *nodes = NULL;
@@ -292,13 +292,13 @@ const char *EXPORT(js_name)(int32_t number, int32_t scheme) {
 }
 
 /* numbers: as state_def. */
-thrum_state *EXPORT(js_state_make)(const js_model *of, int32_t integrator) {
+thrum_state *EXPORT(js_state_create)(const js_model *of, int32_t integrator) {
   const thrum_state_def def = state_def(integrator, js_number);
   thrum_state *state = NULL;
   return thrum_state_create(of->model, &def, &state, &js_failure) < 0 ? NULL : state;
 }
 
-void EXPORT(js_state_free)(thrum_state *state) {
+void EXPORT(js_state_destroy)(thrum_state *state) {
   thrum_state_destroy(state);
 }
 
@@ -370,7 +370,7 @@ int32_t EXPORT(js_state_restore)(const js_model *of, thrum_state *state, const v
  */
 
 /* Workspace of a batch, and its bytes into js_number[0]; freed by js_free. */
-void *EXPORT(js_batch_make)(const js_model *of) {
+void *EXPORT(js_batch_create)(const js_model *of) {
   size_t size = 0;
   void *workspace = room(thrum_batch_size(of->model, &size, &js_failure), size);
   js_number[0] = (double)size;
@@ -386,8 +386,8 @@ int32_t EXPORT(js_batch_step)(const js_model *of, thrum_state *const *states, in
  */
 
 /* vertices (0-based; NULL: all) and triangles over their places (NULL: none); freed by js_free. */
-void *EXPORT(js_surface_make)(const js_model *of, const int32_t *vertices, int32_t vertex_count,
-                              const int32_t *triangles, int32_t triangle_count) {
+void *EXPORT(js_surface_create)(const js_model *of, const int32_t *vertices, int32_t vertex_count,
+                                const int32_t *triangles, int32_t triangle_count) {
   const thrum_surface_def def = {.vertices = vertices,
                                  .vertex_count = vertex_count,
                                  .triangles = triangles,

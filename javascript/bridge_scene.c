@@ -4,13 +4,13 @@
 
 #include "javascript/bridge.h"
 
-thrum_scene *EXPORT(js_scene_make)(double dt) {
+thrum_scene *EXPORT(js_scene_create)(double dt) {
   thrum_scene *scene = NULL;
-  return thrum_scene_make(dt, &scene, &js_failure) < 0 ? NULL : scene;
+  return thrum_scene_create(dt, &scene, &js_failure) < 0 ? NULL : scene;
 }
 
-void EXPORT(js_scene_free)(thrum_scene *scene) {
-  thrum_scene_free(scene);
+void EXPORT(js_scene_destroy)(thrum_scene *scene) {
+  thrum_scene_destroy(scene);
 }
 
 /* The def's body, of a model; q and p: its start, or NULL. Returns its number. */

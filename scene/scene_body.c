@@ -221,7 +221,7 @@ thrum_status thrum_scene_add_body(thrum_scene *scene, const thrum_scene_body_def
   return THRUM_OK;
 }
 
-thrum_status thrum_scene_make(double dt, thrum_scene **scene, thrum_error *error) {
+thrum_status thrum_scene_create(double dt, thrum_scene **scene, thrum_error *error) {
   if (scene == NULL || !isfinite(dt) || !(dt > 0))
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "the time step of a scene must be finite and > 0 [s]");
@@ -235,7 +235,7 @@ thrum_status thrum_scene_make(double dt, thrum_scene **scene, thrum_error *error
   return THRUM_OK;
 }
 
-void thrum_scene_free(thrum_scene *scene) {
+void thrum_scene_destroy(thrum_scene *scene) {
   if (scene == NULL)
     return;
 

@@ -38,7 +38,7 @@ static thrum_status pack_models(const char *const *names, int64_t count, const c
   for (int64_t n = 0; n < list.count; n++) {
     if (status >= 0)
       locking_warn(path_basename(names[n]), list.items[n].model);
-    thrum_model_free(list.items[n].model);
+    thrum_model_destroy(list.items[n].model);
   }
   view_archive_list_free(&list);
   return status;

@@ -89,7 +89,7 @@ static bool read_obstacles(const char *folder, const recorded_scene *scene, scen
   run->request = NULL;
   if (status >= 0 && run->spec.obstacles.count != cJSON_GetArraySize(listed))
     status = thrum_error_set(&error, THRUM_BAD_VALUE, "%.200s: it has other obstacles now", path);
-  THRUM_THEN(status, thrum_scene_make(run->spec.settings.def.dt, &run->scene, &error));
+  THRUM_THEN(status, thrum_scene_create(run->spec.settings.def.dt, &run->scene, &error));
   THRUM_THEN(status, scene_run_obstacles(run, run->scene));
   if (status < 0 && !quiet)
     config_warn("the run is shown without its obstacles, which its folder does not hold: %.300s",

@@ -36,6 +36,6 @@ thrum_status thrum_model_load(const char *path, const thrum_model **model, thrum
   return status == THRUM_OK ? status : thrum_file_buffer_fail(path, status, reason.message, error);
 }
 
-void thrum_model_free(const thrum_model *model) {
+void thrum_model_destroy(const thrum_model *model) {
   free((void *)(uintptr_t)model);
 }

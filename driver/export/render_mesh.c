@@ -117,6 +117,6 @@ thrum_status render_mesh_make(const thrum_model *model, const char *surface, ren
   const thrum_embedding *loaded = NULL;
   status = thrum_embedding_load(surface, &loaded, error);
   THRUM_THEN(status, take_embedding(model, loaded, surface, shown, error));
-  thrum_embedding_free(loaded);
+  thrum_embedding_destroy(loaded);
   return status;
 }

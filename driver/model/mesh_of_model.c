@@ -81,7 +81,7 @@ thrum_status mesh_of_model_read(const char *path, thrum_mesh *mesh, uint8_t **fi
     THRUM_THEN(status, name_regions(model, &made, error));
   }
 
-  thrum_model_free(model);
+  thrum_model_destroy(model);
   if (status < 0)
     free(held);
   else

@@ -78,6 +78,6 @@ thrum_status model_hash_matches(const char *path, const thrum_model *model, cons
   if (status < 0)
     return status == THRUM_OUT_OF_MEMORY ? status : THRUM_OK;
   *same = model_arrays_hash(model != NULL ? model : read) == hash->arrays;
-  thrum_model_free(read);
+  thrum_model_destroy(read);
   return THRUM_OK;
 }

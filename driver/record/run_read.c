@@ -51,7 +51,7 @@ thrum_status recorded_folder_check(const char *path, const char *or_else, thrum_
 }
 
 void recorded_run_free(recorded_run *run) {
-  thrum_model_free(run->model);
+  thrum_model_destroy(run->model);
   free(run->model_path);
   free(run->times);
   free(run->q);

@@ -229,6 +229,6 @@ int simulate_run_request(const simulate_request *request) {
   const int code = config_end(status, flagged, &error);
   driver_run_close(&single.run);
   free(single.condensed_memory);
-  thrum_model_free(single.model);
+  thrum_model_destroy(single.model);
   return code;
 }

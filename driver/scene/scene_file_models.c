@@ -165,7 +165,7 @@ void scene_models_free(scene_models *models) {
   for (int64_t n = 0; n < models->count; n++) {
     display_surface_free(&models->items[n].skin);
     free(models->items[n].corners);
-    thrum_model_free(models->items[n].model);
+    thrum_model_destroy(models->items[n].model);
   }
   free(models->items);
   free(models->of_body);

@@ -358,7 +358,7 @@ thrum_status scene_run_make(scene_run *run, thrum_error *error) {
   const scene_spec *spec = &run->spec;
   thrum_error detail = {0};
   THRUM_TRY(driver_run_open(&run->run, (int32_t)spec->bodies.count, error));
-  THRUM_TRY(thrum_scene_make(run->dt, &run->scene, error));
+  THRUM_TRY(thrum_scene_create(run->dt, &run->scene, error));
 
   // what acts on all bodies comes before the bodies
   THRUM_TRY(scene_run_base_motions(run, error));
@@ -410,7 +410,7 @@ void scene_run_unmake(scene_run *run) {
   }
 
   driver_run_close(&run->run);
-  thrum_scene_free(run->scene);
+  thrum_scene_destroy(run->scene);
   thrum_thread_team_free(run->team);
   for (int64_t n = 0; n < run->base_motion_count; n++)
     base_motion_close(&run->base_motions[n]);

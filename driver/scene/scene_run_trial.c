@@ -191,13 +191,13 @@ static thrum_status run_whole(scene_trial *trial, thrum_error *error) {
 thrum_status scene_trial_open(const scene_run *run, int32_t number, scene_trial *trial,
                               thrum_error *error) {
   *trial = (scene_trial){.run = run, .number = number, .steps = trial_steps(run)};
-  THRUM_TRY(thrum_scene_make(run->dt, &trial->scene, error));
+  THRUM_TRY(thrum_scene_create(run->dt, &trial->scene, error));
   THRUM_TRY(fill(trial, error));
   return run_whole(trial, error);
 }
 
 void scene_trial_close(scene_trial *trial) {
-  thrum_scene_free(trial->scene);
+  thrum_scene_destroy(trial->scene);
   free(trial->rows);
   *trial = (scene_trial){0};
 }

@@ -72,7 +72,7 @@ namespace Thrum {
     [DllImport(Library)] public static extern IntPtr thrum_version();
     [DllImport(Library)] public static extern StateDef thrum_default_state_def();
     [DllImport(Library)] public static extern int thrum_model_load(byte[] path, out IntPtr model, ref NativeError error);
-    [DllImport(Library)] public static extern void thrum_model_free(IntPtr model);
+    [DllImport(Library)] public static extern void thrum_model_destroy(IntPtr model);
     [DllImport(Library)] public static extern int thrum_state_create(IntPtr model, ref StateDef def, out IntPtr state, ref NativeError error);
     [DllImport(Library)] public static extern void thrum_state_destroy(IntPtr state);
     [DllImport(Library)] public static extern int thrum_state_set(IntPtr model, IntPtr state, double[] q, double[] p, ref NativeError error);
@@ -111,7 +111,7 @@ namespace Thrum {
     }
 
     public void Dispose() {
-      Native.thrum_model_free(Handle);
+      Native.thrum_model_destroy(Handle);
       Handle = IntPtr.Zero;
     }
 

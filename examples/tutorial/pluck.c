@@ -86,6 +86,6 @@ int main(int argc, char **argv) {
     return fprintf(stderr, "pluck: %s\n", error.message), 1;
 
   thrum_state_destroy(state);
-  thrum_model_free(model);
+  thrum_model_destroy(model);
   return 0;
 }

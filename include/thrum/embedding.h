@@ -11,8 +11,8 @@
  *   load the model; thrum_surface_load; each frame: step, thrum_surface_positions, _normals, draw
  *
  * Memory: only thrum_embedding_load and thrum_surface_load allocate, one block each, which
- * thrum_embedding_free and thrum_surface_free return. Threads: an embedding is immutable and may be
- * shared by any number of threads.
+ * thrum_embedding_destroy and thrum_surface_destroy return. Threads: an embedding is immutable and
+ * may be shared by any number of threads.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_EMBEDDING_H
@@ -73,11 +73,12 @@ THRUM_API thrum_status thrum_embedding_view(const void *file, size_t file_size,
                                             thrum_embedding *embedding, thrum_error *error);
 
 /* Reads the file at `path` into one heap block, which the caller owns and returns with
- * thrum_embedding_free. THRUM_IO, THRUM_OUT_OF_MEMORY, or the failures of thrum_embedding_view. */
+ * thrum_embedding_destroy. THRUM_IO, THRUM_OUT_OF_MEMORY, or the failures of thrum_embedding_view.
+ */
 THRUM_API thrum_status thrum_embedding_load(const char *path, const thrum_embedding **embedding,
                                             thrum_error *error);
-THRUM_API void
-thrum_embedding_free(const thrum_embedding *embedding); /* made by _load alone; NULL does nothing */
+THRUM_API void thrum_embedding_destroy(
+    const thrum_embedding *embedding); /* made by _load alone; NULL does nothing */
 
 /* Checks an embedding made by hand: every size, value and index. THRUM_INVALID_ARGUMENT for NULL,
  * THRUM_BAD_SHAPE or THRUM_BAD_VALUE with the array. */
@@ -94,12 +95,12 @@ THRUM_API thrum_status thrum_embedding_fits(const thrum_embedding *embedding,
 THRUM_API thrum_surface_def thrum_embedding_surface(const thrum_embedding *embedding);
 
 /* Reads the file at `path`, checks that it fits the model, and makes the surface in one heap block,
- * which the caller owns and returns with thrum_surface_free. The model may lack mesh and basis, and
- * may go afterwards. It fails as thrum_embedding_load, _fits and thrum_surface_init. */
+ * which the caller owns and returns with thrum_surface_destroy. The model may lack mesh and basis,
+ * and may go afterwards. It fails as thrum_embedding_load, _fits and thrum_surface_init. */
 THRUM_API thrum_status thrum_surface_load(const char *path, const thrum_model *model,
                                           const thrum_surface **surface, thrum_error *error);
 THRUM_API void
-thrum_surface_free(const thrum_surface *surface); /* made by _load alone; NULL does nothing */
+thrum_surface_destroy(const thrum_surface *surface); /* made by _load alone; NULL does nothing */
 
 #ifdef __cplusplus
 }

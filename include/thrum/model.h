@@ -199,11 +199,11 @@ THRUM_API thrum_status thrum_model_init(void *memory, size_t memory_size, const 
                                         thrum_error *error);
 
 /* Reads the file at `path` into one heap block, which the caller owns and returns with
- * thrum_model_free. THRUM_IO, THRUM_OUT_OF_MEMORY, or as thrum_model_view. */
+ * thrum_model_destroy. THRUM_IO, THRUM_OUT_OF_MEMORY, or as thrum_model_view. */
 THRUM_API thrum_status thrum_model_load(const char *path, const thrum_model **model,
                                         thrum_error *error);
-THRUM_API void
-thrum_model_free(const thrum_model *model); /* made by thrum_model_load alone; NULL does nothing */
+THRUM_API void thrum_model_destroy(
+    const thrum_model *model); /* made by thrum_model_load alone; NULL does nothing */
 
 /* Checks a model made by hand: sizes agree, values are finite, omega2 ascends, indices are in
  * range. THRUM_INVALID_ARGUMENT for NULL, THRUM_MISSING, THRUM_BAD_SHAPE or THRUM_BAD_VALUE with

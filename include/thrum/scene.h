@@ -7,7 +7,7 @@
  * all bodies share.
  *
  * Memory: it is allocated while a scene is built or changed, never in a step, and
- * thrum_scene_free returns all of it. Models, surfaces and motions stay the caller's and must
+ * thrum_scene_destroy returns all of it. Models, surfaces and motions stay the caller's and must
  * outlive the scene; bodies share models, and bodies with equal models are stepped together.
  *
  * A point X + U q of a body's model is placed at  x = position + R scale (X + U q),  R the
@@ -43,11 +43,11 @@ extern "C" {
 typedef struct thrum_scene thrum_scene; /* opaque */
 
 /* Makes an empty scene at time 0 with the time step dt [s] and no gravity; the caller owns it and
- * passes it to thrum_scene_free. THRUM_INVALID_ARGUMENT unless dt is finite and > 0. */
-THRUM_API thrum_status thrum_scene_make(double dt, thrum_scene **scene, thrum_error *error);
+ * passes it to thrum_scene_destroy. THRUM_INVALID_ARGUMENT unless dt is finite and > 0. */
+THRUM_API thrum_status thrum_scene_create(double dt, thrum_scene **scene, thrum_error *error);
 
 /* Frees a scene with all its bodies; NULL does nothing. */
-THRUM_API void thrum_scene_free(thrum_scene *scene);
+THRUM_API void thrum_scene_destroy(thrum_scene *scene);
 
 /* How a body is made. Start from thrum_default_scene_body_def and set at least the model. The
  * arrays are only read by thrum_scene_add_body; the model must outlive the scene. */

@@ -29,7 +29,7 @@ export class Model extends Resource {
   #sizes;
 
   constructor(memory, address, parents = []) {
-    const release = (at) => memory.calls.js_model_free(at);
+    const release = (at) => memory.calls.js_model_destroy(at);
     super('model', new Owned(memory.made(address), release, parents));
     this.#memory = memory;
     memory.calls.js_model_sizes(this.address);
@@ -228,8 +228,8 @@ export class State extends Resource {
     const integrator = integratorNumber(memory, options.integrator ?? 'energy');
     memory.numbers.set([options.dt ?? 0.003, options.dampingAlpha ?? 0, options.dampingBeta ?? 0,
       options.tolerance ?? -1, options.splitSafety ?? -1, flag(options.adaptive), flag(options.fallback)]);
-    super('state', new Owned(memory.made(memory.calls.js_state_make(model.address, integrator)),
-      (at) => memory.calls.js_state_free(at), [model.owned]));
+    super('state', new Owned(memory.made(memory.calls.js_state_create(model.address, integrator)),
+      (at) => memory.calls.js_state_destroy(at), [model.owned]));
     this.#memory = memory;
     this.#modelAt = model.address;
     this.model = model;
@@ -304,7 +304,7 @@ export class Batch extends Resource {
     if (new Set(states).size !== states.length)
       throw new ThrumError('a state is listed twice in the batch', -1);
     const parents = [model.owned, ...states.map((state) => state.owned)];
-    super('batch', new Owned(memory.made(memory.calls.js_batch_make(model.address)),
+    super('batch', new Owned(memory.made(memory.calls.js_batch_create(model.address)),
       (at) => memory.calls.js_free(at), parents));
     this.#size = memory.numbers[0];
     this.#memory = memory;
@@ -340,7 +340,7 @@ export class Surface extends Resource {
     const triangles = options.triangles && vertices(options.triangles, count, 'triangles');
     if (triangles && triangles.length % 3 !== 0)
       throw new ThrumError('triangles: their number of corners is no multiple of 3', -11);
-    const address = memory.lend([chosen, triangles], (at, faces) => memory.calls.js_surface_make(
+    const address = memory.lend([chosen, triangles], (at, faces) => memory.calls.js_surface_create(
       model.address, at, chosen?.length ?? 0, faces, (triangles?.length ?? 0) / 3));
     super('surface', new Owned(memory.made(address), (at) => memory.calls.js_free(at)));
     this.#memory = memory;
@@ -378,7 +378,7 @@ export class StressNodes extends Resource {
   #modelAt;
 
   constructor(memory, model) {
-    super('set of stress nodes', new Owned(memory.made(memory.calls.js_stress_nodes_make(model.address)),
+    super('set of stress nodes', new Owned(memory.made(memory.calls.js_stress_nodes_create(model.address)),
       (at) => memory.calls.js_free(at), [model.owned]));
     const [count, extrapolated] = memory.numbers;
     this.#memory = memory;

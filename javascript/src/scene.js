@@ -17,8 +17,8 @@ export class Scene extends Resource {
 
   constructor(memory, { dt = 0.003, gravity } = {}) {
     const { calls } = memory;
-    super('scene', new Owned(memory.made(calls.js_scene_make(dt)),
-      (at) => calls.js_scene_free(at)));
+    super('scene', new Owned(memory.made(calls.js_scene_create(dt)),
+      (at) => calls.js_scene_destroy(at)));
     this.#memory = memory;
     if (gravity !== undefined) this.setGravity(gravity);
   }

@@ -370,8 +370,8 @@ class Scene:
         self._lock = threading.Lock()
         self._kept: list[object] = []
         place = ffi.new("thrum_scene **")
-        call(lib.thrum_scene_make, float(dt), place)
-        self._scene: Any = ffi.gc(place[0], lib.thrum_scene_free)
+        call(lib.thrum_scene_create, float(dt), place)
+        self._scene: Any = ffi.gc(place[0], lib.thrum_scene_destroy)
         self.bodies: list[Body] = []
         self.links: list[Link] = []
         if gravity is not None:

@@ -55,7 +55,7 @@ thrum_status thrum_embedding_load(const char *path, const thrum_embedding **embe
   return status == THRUM_OK ? status : thrum_file_buffer_fail(path, status, reason.message, error);
 }
 
-void thrum_embedding_free(const thrum_embedding *embedding) {
+void thrum_embedding_destroy(const thrum_embedding *embedding) {
   free((void *)(uintptr_t)embedding);
 }
 
@@ -83,10 +83,10 @@ thrum_status thrum_surface_load(const char *path, const thrum_model *model,
   THRUM_TRY(thrum_embedding_load(path, &embedding, error));
   thrum_error reason = {.status = THRUM_OK};
   thrum_status status = make_surface(embedding, model, surface, &reason);
-  thrum_embedding_free(embedding);
+  thrum_embedding_destroy(embedding);
   return status == THRUM_OK ? status : thrum_file_buffer_fail(path, status, reason.message, error);
 }
 
-void thrum_surface_free(const thrum_surface *surface) {
+void thrum_surface_destroy(const thrum_surface *surface) {
   free((void *)(uintptr_t)surface);
 }

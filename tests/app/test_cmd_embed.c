@@ -83,7 +83,7 @@ static void a_surface_is_embedded_and_loads(void **state) {
   cJSON_Delete(about);
   free(meta);
 
-  thrum_embedding_free(e);
+  thrum_embedding_destroy(e);
 }
 
 static void info_knows_a_surface(void **state) {
@@ -260,8 +260,8 @@ static void an_export_shows_the_surface(void **state) {
   }
 
   assert_true(off > 1e-3);
-  thrum_embedding_free(e);
-  thrum_model_free(model);
+  thrum_embedding_destroy(e);
+  thrum_model_destroy(model);
 }
 
 static void a_surface_of_another_model_is_not_shown(void **state) {

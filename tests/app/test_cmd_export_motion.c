@@ -49,7 +49,7 @@ static int make_run(void **state) {
 
 static int remove_run(void **state) {
   (void)state;
-  thrum_model_free(model);
+  thrum_model_destroy(model);
   free(q);
   test_folder_remove(folder);
   return 0;

@@ -317,7 +317,7 @@ static void meta_says_what_was_done_but_not_where(void **state) {
 
   cJSON_Delete(meta);
   cJSON_Delete(line);
-  thrum_model_free(model);
+  thrum_model_destroy(model);
 }
 
 /* Writes a cube of six tetrahedra with the vertices 1 to 8. `vertex9` is the line of one vertex

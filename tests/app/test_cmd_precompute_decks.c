@@ -278,8 +278,8 @@ static void a_polynomial_alone_is_a_model_without_a_mesh(void **state) {
   assert_int_equal(cubic->c4_count, beam->c4_count);
   for (int64_t i = 0; i < beam->c4_count; i++)
     assert_true(fabs(cubic->c4[i] - beam->c4[i]) <= 1e-15 * fabs(beam->c4[i]));
-  thrum_model_free(beam);
-  thrum_model_free(cubic);
+  thrum_model_destroy(beam);
+  thrum_model_destroy(cubic);
 
   // it has nothing that a mesh would be needed for, and damage is refused
   run = thrum_run(folder, "precompute", "beam.cub", "--fix", "x<0", "-o", "no.npz", NULL);

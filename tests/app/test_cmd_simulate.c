@@ -292,7 +292,7 @@ static void a_mode_starts_at_rest_with_its_amplitude(void **state) {
 
   free(rows);
   free(q);
-  thrum_model_free(model);
+  thrum_model_destroy(model);
 }
 
 static void every_integrator_swings_the_beam_and_keeps_its_energy(void **state) {
@@ -340,7 +340,7 @@ static void every_integrator_swings_the_beam_and_keeps_its_energy(void **state) 
     free(q);
     cJSON_Delete(object);
   }
-  thrum_model_free(model);
+  thrum_model_destroy(model);
 }
 
 static void a_damped_beam_comes_to_rest_where_its_force_balances_gravity(void **state) {
@@ -374,7 +374,7 @@ static void a_damped_beam_comes_to_rest_where_its_force_balances_gravity(void **
   }
 
   free(work);
-  thrum_model_free(model);
+  thrum_model_destroy(model);
 }
 
 static void rows_hold_the_energies_of_their_states(void **state) {
@@ -419,7 +419,7 @@ static void rows_hold_the_energies_of_their_states(void **state) {
   free(end);
   free(q);
   free(work);
-  thrum_model_free(model);
+  thrum_model_destroy(model);
 }
 
 /* The numbers of a row of probes.csv behind its step and its time. */
@@ -483,7 +483,7 @@ static void probes_follow_the_mean_of_their_targets(void **state) {
   cJSON_Delete(SIMULATE("beam.npz", "--time", "0.03", "--load", "impulse:0,1,-4@tip", "--full"));
   read_probes(10, values, 3);
   assert_near(values[2], reduced, 0.1 * fabs(reduced)); // of ten modes
-  thrum_model_free(model);
+  thrum_model_destroy(model);
 }
 
 /* The first line of probes.csv; the caller frees it. */

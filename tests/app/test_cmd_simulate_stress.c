@@ -104,7 +104,7 @@ static void the_peak_stress_is_that_of_the_recorded_states(void **state) {
   free(mises);
   stress_points_free(stress_points);
   free(q);
-  thrum_model_free(model);
+  thrum_model_destroy(model);
   cJSON_Delete(object);
   program_result_free(&run);
 }

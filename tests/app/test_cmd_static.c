@@ -114,7 +114,7 @@ static void the_files_hold_the_equilibrium(void **state) {
 
   free(csv);
   free(values);
-  thrum_model_free(model);
+  thrum_model_destroy(model);
   cJSON_Delete(object);
 }
 

@@ -34,7 +34,7 @@ static int make_model(void **state) {
 }
 
 static int remove_model(void **state) {
-  thrum_model_free(model);
+  thrum_model_destroy(model);
   return remove_folder(state);
 }
 

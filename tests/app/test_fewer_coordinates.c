@@ -37,7 +37,7 @@ static double furthest(const thrum_model *of, int64_t rank,
   thrum_scene_body_def def = thrum_default_scene_body_def();
   def.model = of;
   def.rank = change ? 0 : rank;
-  MUST(thrum_scene_make(step_length, &scene, &failure));
+  MUST(thrum_scene_create(step_length, &scene, &failure));
   MUST(thrum_scene_add_body(scene, &def, NULL, &failure));
   if (change)
     change(scene, rank);
@@ -60,7 +60,7 @@ static double furthest(const thrum_model *of, int64_t rank,
     MUST(thrum_scene_body_vertex(scene, 0, tip[0], place, NULL, &failure));
     far = fmax(far, fabs(place[2] - of->vertices[3 * tip[0] + 2]));
   }
-  thrum_scene_free(scene);
+  thrum_scene_destroy(scene);
   return far;
 }
 
@@ -85,7 +85,7 @@ static int make_model(void **state) {
 }
 
 static int free_model(void **state) {
-  thrum_model_free(model);
+  thrum_model_destroy(model);
   return remove_folder(state);
 }
 
@@ -203,14 +203,14 @@ static void a_model_of_points_steps_all_of_its_coordinates(void **state) {
   thrum_scene *scene = NULL;
   thrum_scene_body_def def = thrum_default_scene_body_def();
   MUST(thrum_model_load(in_folder("points.npz"), &points, &failure));
-  MUST(thrum_scene_make(step_length, &scene, &failure));
+  MUST(thrum_scene_create(step_length, &scene, &failure));
   def.model = points;
   MUST(thrum_scene_add_body(scene, &def, NULL, &failure));
   assert_int_equal(thrum_scene_set_rank(scene, 0, 4, &failure), THRUM_UNSUPPORTED);
   def.rank = 4;
   assert_int_equal(thrum_scene_add_body(scene, &def, NULL, &failure), THRUM_UNSUPPORTED);
-  thrum_scene_free(scene);
-  thrum_model_free(points);
+  thrum_scene_destroy(scene);
+  thrum_model_destroy(points);
 }
 
 int main(void) {

@@ -76,6 +76,6 @@ int main(int argc, char **argv) {
   def.dt = -1;
   if (thrum_state_create(model, &def, &state, &error) < 0)
     printf("%s\n", error.message);
-  thrum_model_free(model);
+  thrum_model_destroy(model);
   return failed;
 }

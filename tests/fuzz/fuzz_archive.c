@@ -202,7 +202,7 @@ static void read_model(const char *path, size_t shift) {
   if (loaded >= 0 && thrum_model_check(model, &error) < 0)
     abort();
   if (loaded >= 0)
-    thrum_model_free(model);
+    thrum_model_destroy(model);
   free(memory);
 }
 
@@ -222,7 +222,7 @@ static void read_embedding(const char *path, size_t shift) {
   if (shift == 0 && (loaded < 0) != (seen < 0))
     abort();
   if (loaded >= 0)
-    thrum_embedding_free(embedding);
+    thrum_embedding_destroy(embedding);
   free(memory);
 }
 

@@ -37,9 +37,9 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
         thrum_surface_normals(surface, out, 6, out + 3, 6, NULL) < 0)
       abort();
     free(out);
-    thrum_surface_free(surface);
+    thrum_surface_destroy(surface);
   }
 
-  thrum_embedding_free(embedding);
+  thrum_embedding_destroy(embedding);
   return 0;
 }

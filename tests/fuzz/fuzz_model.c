@@ -34,6 +34,6 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
       if (vertices[n] < 0 || vertices[n] >= model->vertex_count)
         abort();
 
-  thrum_model_free(model);
+  thrum_model_destroy(model);
   return 0;
 }

@@ -241,7 +241,7 @@ static void look_at_all(thrum_scene *scene) {
 static void use_scene(const thrum_model *model, fuzz_draw *draw) {
   thrum_scene *scene = NULL;
   thrum_error error = {0};
-  if (thrum_scene_make(0.003, &scene, &error) < 0)
+  if (thrum_scene_create(0.003, &scene, &error) < 0)
     abort();
 
   int32_t touch[256], body = 0, pull = -1;
@@ -305,7 +305,7 @@ static void use_scene(const thrum_model *model, fuzz_draw *draw) {
     fuzz_check(thrum_scene_reset(scene, &error), &error);
     fuzz_check(thrum_scene_step(scene, &error), &error);
   }
-  thrum_scene_free(scene);
+  thrum_scene_destroy(scene);
 }
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {

@@ -229,8 +229,8 @@ static void read_model(void) {
       again->identity != model->identity || again->rank != model->rank ||
       again->vertex_count != model->vertex_count)
     abort();
-  thrum_model_free(model);
-  thrum_model_free(again);
+  thrum_model_destroy(model);
+  thrum_model_destroy(again);
 }
 
 static void read_scene(void) {

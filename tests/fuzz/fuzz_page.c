@@ -17,8 +17,8 @@
 
 // what the page imports of the module
 void *js_def(int32_t record);
-thrum_scene *js_scene_make(double dt);
-void js_scene_free(thrum_scene *scene);
+thrum_scene *js_scene_create(double dt);
+void js_scene_destroy(thrum_scene *scene);
 int32_t page_add_body(thrum_scene *scene, int32_t model, int32_t integrator, double alpha,
                       const double *q, const double *p);
 int32_t js_scene_set_collisions(thrum_scene *scene, int32_t on);
@@ -290,7 +290,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
   kept list = {0};
   int32_t rank, vertices;
   const int32_t model = add_model(&draw, &list, &rank, &vertices);
-  scene = js_scene_make(draw_above(&draw, 0.01));
+  scene = js_scene_create(draw_above(&draw, 0.01));
   if (model >= 0 && scene != NULL) {
     const int32_t body = add_body(&draw, model, rank);
     if (body >= 0 && draw_byte(&draw) % 2 == 0)
@@ -308,7 +308,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
   }
 
   // the scene first, since bodies use the arrays of the model
-  js_scene_free(scene);
+  js_scene_destroy(scene);
   while (motion_count > 0)
     free(motion_samples[--motion_count]);
   forget_models();

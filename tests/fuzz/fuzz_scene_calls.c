@@ -259,7 +259,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
   const thrum_model *model = opened.model;
   thrum_scene *scene = NULL;
   thrum_error error = {0};
-  if (model != NULL && thrum_scene_make(draw_above(&draw, 0.01), &scene, &error) >= 0) {
+  if (model != NULL && thrum_scene_create(draw_above(&draw, 0.01), &scene, &error) >= 0) {
     if (draw_byte(&draw) % 2)
       add_surroundings(scene, &draw);
     add_body(scene, model, &draw);
@@ -278,7 +278,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     pull_and_go_back(scene, model, &draw);
     read_records((int32_t)draw_byte(&draw) - 2);
   }
-  thrum_scene_free(scene);
+  thrum_scene_destroy(scene);
   fuzz_close(&opened);
   return 0;
 }

@@ -29,7 +29,8 @@ static thrum_scene *make(fuzz_draw *draw) {
   const unsigned bits = draw_byte(draw);
   floor.centre[2] = -0.5;
   floor.velocity[2] = bits & 1 ? 0.1 : 0;
-  if (thrum_scene_make(0.01, &scene, NULL) < 0 || thrum_scene_set_gravity(scene, gravity, NULL) < 0)
+  if (thrum_scene_create(0.01, &scene, NULL) < 0 ||
+      thrum_scene_set_gravity(scene, gravity, NULL) < 0)
     abort();
 
   // bodies with what the bits say: points that touch, surfaces that touch, a condensed second one
@@ -136,6 +137,6 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
   else if (thrum_scene_snapshot(scene, now, bytes, &error) < 0 || memcmp(before, now, bytes) != 0)
     abort();
 
-  thrum_scene_free(scene);
+  thrum_scene_destroy(scene);
   return 0;
 }

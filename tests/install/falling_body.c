@@ -24,7 +24,7 @@ int main(void) {
   def.model = &model;
   def.q = &start;
   int32_t body = -1;
-  int failed = thrum_scene_make(0.001, &scene, &error) < 0 ||
+  int failed = thrum_scene_create(0.001, &scene, &error) < 0 ||
                thrum_scene_add_body(scene, &def, &body, &error) < 0;
   for (int step = 0; step < 1000 && !failed; step++)
     failed = thrum_scene_step(scene, &error) < 0;
@@ -32,6 +32,6 @@ int main(void) {
     fprintf(stderr, "%s\n", error.message);
   else
     printf("thrum %s: body %d of a scene after one period\n", thrum_version(), (int)body);
-  thrum_scene_free(scene);
+  thrum_scene_destroy(scene);
   return failed;
 }

@@ -438,12 +438,12 @@ static void the_file_comes_back_and_is_shown(void **state) {
   assert_int_equal(thrum_surface_vertex_count(shown), 333);
   assert_int_equal(thrum_surface_triangle_count(shown), 331);
   check_shown(shown, e);
-  thrum_surface_free(shown);
+  thrum_surface_destroy(shown);
 
   // a truncated model has fewer coordinates and still fits; one of other frequencies does not
   lean.rank = 2;
   assert_int_equal(thrum_surface_load("s.npz", &lean, &shown, &error), THRUM_OK);
-  thrum_surface_free(shown);
+  thrum_surface_destroy(shown);
   const double other[2] = {1, 2};
   lean.omega2 = other;
   shown = NULL;
@@ -451,7 +451,7 @@ static void the_file_comes_back_and_is_shown(void **state) {
   assert_non_null(strstr(error.message, "s.npz: the surface is embedded in another model"));
   assert_null(shown);
 
-  thrum_embedding_free(e);
+  thrum_embedding_destroy(e);
   thrum_embed_free(&made);
   thrum_surface_mesh_free(&surface);
   thrum_precomputed_free(&model);
@@ -530,7 +530,7 @@ static void numpy_makes_the_same_rows_and_the_same_file(void **state) {
     if (thrum_embedding_load(good[n], &e, &error) < 0)
       fail_msg("%s", error.message);
     assert_memory_equal(e->basis, made.embedding.basis, 4 * 150 * 6);
-    thrum_embedding_free(e);
+    thrum_embedding_destroy(e);
     e = NULL;
   }
 

@@ -27,12 +27,12 @@ static int setup(void **context) {
     return -1;
   make_model(&f->m);
   *context = f;
-  return thrum_scene_make(0.003, &f->scene, &failure) < 0;
+  return thrum_scene_create(0.003, &f->scene, &failure) < 0;
 }
 
 static int teardown(void **context) {
   fixture *f = *context;
-  thrum_scene_free(f->scene);
+  thrum_scene_destroy(f->scene);
   random_model_free(&f->m);
   free(f);
   return 0;
@@ -194,7 +194,7 @@ static void turning_a_body_and_its_world_changes_nothing(void **context) {
   const thrum_load always = {THRUM_LOAD_CONSTANT, 0, 0.2, 0};
   const thrum_load sway = {THRUM_LOAD_SINE, 0, INFINITY, 2};
   thrum_scene *turned = NULL;
-  MUST(thrum_scene_make(0.003, &turned, &failure));
+  MUST(thrum_scene_create(0.003, &turned, &failure));
 
   // the same scene twice, the second time with everything in it rotated and moved
   for (int k = 0; k < 2; k++) {
@@ -238,7 +238,7 @@ static void turning_a_body_and_its_world_changes_nothing(void **context) {
 
   // the motion is large enough for the comparison to mean something
   assert_true(fabs(v[0]) + fabs(v[1]) + fabs(v[2]) > 1e-3);
-  thrum_scene_free(turned);
+  thrum_scene_destroy(turned);
 }
 
 /* A body with factors s, e, d of length, stiffness and density moves as the body of factors 1 in a
@@ -247,7 +247,7 @@ static void a_scaled_body_moves_as_the_small_one_in_its_own_time(void **context)
   fixture *f = *context;
   const double s = 2, e = 8, d = 0.5, slower = sqrt(d * s * s / e);
   thrum_scene *large = NULL;
-  MUST(thrum_scene_make(0.003 * slower, &large, &failure));
+  MUST(thrum_scene_create(0.003 * slower, &large, &failure));
 
   const double gravity[3] = {0, 4, -3};
   // accelerations go as length over time squared
@@ -288,7 +288,7 @@ static void a_scaled_body_moves_as_the_small_one_in_its_own_time(void **context)
   MUST(thrum_scene_body_energies(large, 0, &large_e, &failure));
   assert_true(fabs(large_e.total - e * s * s * s * small_e.total) <
               1e-6 * e * s * s * s * (fabs(small_e.kinetic) + fabs(small_e.gravity)));
-  thrum_scene_free(large);
+  thrum_scene_destroy(large);
 }
 
 static void only_what_is_named_is_built(void **context) {
@@ -690,7 +690,7 @@ static void bad_defs_are_refused(void **context) {
 #undef REFUSED
 
   // the scene's own arguments: time step, probes, loads and gravity
-  assert_true(thrum_scene_make(0, &f->scene, &failure) < 0);
+  assert_true(thrum_scene_create(0, &f->scene, &failure) < 0);
   assert_true(thrum_scene_add_probe(f->scene, NULL, 0, NULL, 0, &failure) < 0);
   add(f, &good);
   const int32_t beyond = VERTICES;

@@ -46,12 +46,12 @@ static int setup(void **context) {
   f->block = shape_make("beam:2x2x2@0.2x0.2x0.2");
   f->plate = shape_make("beam:6x6x1@0.6x0.6x0.02");
   *context = f;
-  return thrum_scene_make(0.002, &f->scene, &failure) < 0;
+  return thrum_scene_create(0.002, &f->scene, &failure) < 0;
 }
 
 static int teardown(void **context) {
   fixture *f = *context;
-  thrum_scene_free(f->scene);
+  thrum_scene_destroy(f->scene);
   shape_free(&f->block);
   shape_free(&f->plate);
   free(f);
@@ -188,7 +188,7 @@ static double bounce(const fixture *f, double h, double stiffness, double e, dou
                      int against) {
   thrum_scene *scene = NULL;
   double x[3], first[3], second[3] = {0};
-  MUST(thrum_scene_make(h, &scene, &failure));
+  MUST(thrum_scene_create(h, &scene, &failure));
   thrum_scene_body_def block = def_of(&f->block, 0, 0, 0.104, stiffness);
   block.velocity[2] = -v;
 
@@ -227,7 +227,7 @@ static double bounce(const fixture *f, double h, double stiffness, double e, dou
   MUST(thrum_scene_body_vertex(scene, against == 2, 0, x, first, &failure));
   if (against == 2)
     MUST(thrum_scene_body_vertex(scene, 0, 0, x, second, &failure));
-  thrum_scene_free(scene);
+  thrum_scene_destroy(scene);
   return first[2] - second[2];
 }
 
@@ -251,7 +251,7 @@ static void an_impact_of_rigid_bodies_keeps_momentum_and_gains_no_energy(void **
   fixture *f = *context;
   for (int n = 0; n < 3; n++) {
     thrum_scene *scene = NULL;
-    MUST(thrum_scene_make(0.002, &scene, &failure));
+    MUST(thrum_scene_create(0.002, &scene, &failure));
 
     // one flies at the other, both turn
     thrum_scene_body_def a = def_of(&f->block, 0, 0, 0, 1e5);
@@ -278,7 +278,7 @@ static void an_impact_of_rigid_bodies_keeps_momentum_and_gains_no_energy(void **
     }
     assert_true(account_of(scene).momentum[0] > 0 && thrum_scene_collisions(scene).lost > 0);
     assert_true(thrum_scene_collisions(scene).deepest_share < 1);
-    thrum_scene_free(scene);
+    thrum_scene_destroy(scene);
   }
 }
 
@@ -367,7 +367,7 @@ static void cross_edges(const fixture *f, const double at[3], double velocity[3]
   const double half = sqrt(0.5), eighth = 0.5 * atan(1);
   double x[3];
   thrum_scene *scene = NULL;
-  MUST(thrum_scene_make(0.002, &scene, &failure));
+  MUST(thrum_scene_create(0.002, &scene, &failure));
   collide(scene, 0.3, 0.5);
 
   // both stand on an edge, with their middles, 0.1 m along x in the mesh, one above the other but
@@ -385,7 +385,7 @@ static void cross_edges(const fixture *f, const double at[3], double velocity[3]
 
   // that of the vertex in its middle
   MUST(thrum_scene_body_vertex(scene, 1, 13, x, velocity, &failure));
-  thrum_scene_free(scene);
+  thrum_scene_destroy(scene);
 }
 
 static void edges_strike_alike_everywhere(void **context) {
@@ -488,7 +488,7 @@ static void a_plate_holds_what_is_shot_at_it(void **context) {
   fixture *f = *context;
   for (int half = 0; half < 2; half++) {
     thrum_scene *scene = NULL;
-    MUST(thrum_scene_make(0.002, &scene, &failure));
+    MUST(thrum_scene_create(0.002, &scene, &failure));
 
     // the block goes ten plates and more in a step, through the middle or near a rim
     thrum_scene_body_def block = def_of(&f->block, half ? 0.2 : 0.02, 0, 0.93, 1e3);
@@ -509,7 +509,7 @@ static void a_plate_holds_what_is_shot_at_it(void **context) {
     assert_true(report.dropped == 0 && report.declined == 0);
     assert_true(after.total <= before.total);
     assert_near3(after.momentum, before.momentum, 1e-9 * 100);
-    thrum_scene_free(scene);
+    thrum_scene_destroy(scene);
   }
 }
 
@@ -523,7 +523,7 @@ static void most_of_what_is_shot_at_a_plate_in_longer_steps_comes_back(void **co
   int passed = 0, shots = 0;
   for (int n = 0; n < 96; n++, shots++) {
     thrum_scene *scene = NULL;
-    MUST(thrum_scene_make(0.002, &scene, &failure));
+    MUST(thrum_scene_create(0.002, &scene, &failure));
 
     // one cube of 5 cm, at 48 places
     thrum_scene_body_def block =
@@ -547,7 +547,7 @@ static void most_of_what_is_shot_at_a_plate_in_longer_steps_comes_back(void **co
     assert_true(!through || thrum_scene_collisions(scene).deepest_share >= 1);
     assert_true(after.total <= before.total * (1 + 1e-9));
     assert_near3(after.momentum, before.momentum, 1e-9 * 1000);
-    thrum_scene_free(scene);
+    thrum_scene_destroy(scene);
   }
   print_message("%d of %d shots go through\n", passed, shots);
   assert_in_range(passed, 0, 36);
@@ -636,7 +636,7 @@ static void what_others_speak_for_takes_no_room(void **context) {
  * moves. Returns how many sweeps it took until then. shift: of the start [m]. */
 static int64_t rest_as_stack(const fixture *f, double shift) {
   thrum_scene *scene = NULL;
-  MUST(thrum_scene_make(0.002, &scene, &failure));
+  MUST(thrum_scene_create(0.002, &scene, &failure));
   const thrum_obstacle floor = thrum_default_obstacle();
   MUST(thrum_scene_set_gravity(scene, down, &failure));
   MUST(thrum_scene_add_obstacle(scene, &floor, NULL, &failure));
@@ -684,7 +684,7 @@ static int64_t rest_as_stack(const fixture *f, double shift) {
   assert_true(account_of(scene).kinetic < 1e-9 * weight);
   assert_true(report.deepest_share < 1);
   free(touch);
-  thrum_scene_free(scene);
+  thrum_scene_destroy(scene);
   return sweeps;
 }
 
@@ -717,7 +717,7 @@ static void friction_holds_up_to_its_angle(void **context) {
     thrum_scene *scene = NULL;
     const double a = atan(slopes[n]);
     const double gravity[3] = {9.81 * sin(a), 0, -9.81 * cos(a)};
-    MUST(thrum_scene_make(0.002, &scene, &failure));
+    MUST(thrum_scene_create(0.002, &scene, &failure));
     MUST(thrum_scene_set_gravity(scene, gravity, &failure));
     collide(scene, mu, 0);
 
@@ -748,7 +748,7 @@ static void friction_holds_up_to_its_angle(void **context) {
       assert_true(fabs(x[0] - before[0]) < 1e-5);
     else
       assert_close(x[0] - before[0], slid, 0.03);
-    thrum_scene_free(scene);
+    thrum_scene_destroy(scene);
   }
 }
 
@@ -760,7 +760,7 @@ static void a_flat_face_catches_nothing(void **context) {
   const double frictions[2] = {0, 0.3}, ways[2] = {0.3, 1 / (2 * 0.3 * 9.81)};
   for (int n = 0; n < 2; n++) {
     thrum_scene *scene = NULL;
-    MUST(thrum_scene_make(0.002, &scene, &failure));
+    MUST(thrum_scene_create(0.002, &scene, &failure));
     MUST(thrum_scene_set_gravity(scene, down, &failure));
     collide(scene, frictions[n], 0.5);
     thrum_scene_body_def plate = def_of(&f->plate, 0, 0, 0, 100);
@@ -784,7 +784,7 @@ static void a_flat_face_catches_nothing(void **context) {
            ways[n], highest);
     assert_close(x[0] - before[0], ways[n], 1e-3);
     assert_true(highest < 1e-5 && fabs(x[1] - before[1]) < 1e-4);
-    thrum_scene_free(scene);
+    thrum_scene_destroy(scene);
   }
 }
 
@@ -792,7 +792,7 @@ static void a_flat_face_catches_nothing(void **context) {
  * report of how they met. */
 static thrum_contact_pairs_report fly(const fixture *f, double h, double e) {
   thrum_scene *scene = NULL;
-  MUST(thrum_scene_make(h, &scene, &failure));
+  MUST(thrum_scene_create(h, &scene, &failure));
   collide(scene, 0.5, e);
   for (int n = 0; n < 5; n++) {
     const double place[3] = {0.25 * (n % 3 - 1), 0.25 * (n / 3), 0};
@@ -815,7 +815,7 @@ static thrum_contact_pairs_report fly(const fixture *f, double h, double e) {
     MUST(thrum_scene_step(scene, &failure));
   const thrum_contact_pairs_report report = thrum_scene_collisions(scene);
   assert_true(fabs(account_of(scene).total + report.lost - before) <= 1e-9 * before);
-  thrum_scene_free(scene);
+  thrum_scene_destroy(scene);
   return report;
 }
 
@@ -909,7 +909,7 @@ static thrum_scene *slide(const fixture *f, bool lift) {
   static const double times[2] = {0.05, 0.25};
   static const double places[14] = {0, 0, -0.0125, 1, 0, 0, 0, 0.01, 0, -0.005, 1, 0.05, 0, 0.1};
   thrum_scene *scene = NULL;
-  MUST(thrum_scene_make(0.002, &scene, &failure));
+  MUST(thrum_scene_create(0.002, &scene, &failure));
   MUST(thrum_scene_set_gravity(scene, down, &failure));
   collide(scene, 0.05, 0.5);
 
@@ -952,7 +952,7 @@ static thrum_scene *slide_on_lift(const fixture *f) {
 static thrum_scene *stand(const fixture *f) {
   const thrum_obstacle floor = thrum_default_obstacle();
   thrum_scene *scene = NULL;
-  MUST(thrum_scene_make(0.002, &scene, &failure));
+  MUST(thrum_scene_create(0.002, &scene, &failure));
   MUST(thrum_scene_set_gravity(scene, down, &failure));
   MUST(thrum_scene_add_obstacle(scene, &floor, NULL, &failure));
   collide(scene, 0.5, 0.5);
@@ -985,7 +985,7 @@ static void check_lists_change_no_bit(const fixture *f, thrum_scene *(*make)(con
     if (k % 7 != 0)
       continue;
     MUST(thrum_scene_snapshot(restored, kept, size, &failure));
-    thrum_scene_free(restored);
+    thrum_scene_destroy(restored);
     restored = make(f);
     MUST(thrum_scene_restore(restored, kept, size, &failure));
   }
@@ -995,8 +995,8 @@ static void check_lists_change_no_bit(const fixture *f, thrum_scene *(*make)(con
   const thrum_contact_pairs_report second = thrum_scene_collisions(restored);
   assert_true(touched > 150 && first.impacts >= impacts);
   assert_true(first.lost == second.lost && first.sweeps == second.sweeps);
-  thrum_scene_free(on);
-  thrum_scene_free(restored);
+  thrum_scene_destroy(on);
+  thrum_scene_destroy(restored);
   free(kept);
 }
 
@@ -1043,7 +1043,7 @@ static bool look_at_touches(const thrum_scene *scene, shared *came) {
 static void step_shared(fixture *f, int32_t workers, shared *came) {
   const thrum_obstacle floor = thrum_default_obstacle();
   thrum_scene *scene = NULL;
-  MUST(thrum_scene_make(0.002, &scene, &failure));
+  MUST(thrum_scene_create(0.002, &scene, &failure));
   MUST(thrum_scene_set_workers(scene, workers, run_backwards, &workers, &failure));
   MUST(thrum_scene_set_gravity(scene, down, &failure));
   MUST(thrum_scene_add_obstacle(scene, &floor, NULL, &failure));
@@ -1071,7 +1071,7 @@ static void step_shared(fixture *f, int32_t workers, shared *came) {
     MUST(thrum_scene_body_vertex(scene, n, 5, came->x[n], NULL, &failure));
 
   came->report = thrum_scene_collisions(scene);
-  thrum_scene_free(scene);
+  thrum_scene_destroy(scene);
 }
 
 static void workers_make_the_same_bits(void **context) {
@@ -1085,7 +1085,7 @@ static void workers_make_the_same_bits(void **context) {
 static void let_fall(const shape *s, const thrum_scene_solid_def *solid, double height, int steps,
                      double x[3], double v[3]) {
   thrum_scene *scene = NULL;
-  MUST(thrum_scene_make(0.002, &scene, &failure));
+  MUST(thrum_scene_create(0.002, &scene, &failure));
   MUST(thrum_scene_set_gravity(scene, down, &failure));
 
   // the mesh begins at x = 0
@@ -1103,7 +1103,7 @@ static void let_fall(const shape *s, const thrum_scene_solid_def *solid, double 
   const thrum_contact_pairs_report report = thrum_scene_collisions(scene);
   print_message("height %.4f m, deepest %.2f of the thickness\n", x[2], report.deepest_share);
   assert_true(report.deepest_share < 1);
-  thrum_scene_free(scene);
+  thrum_scene_destroy(scene);
 }
 
 static thrum_scene_solid_def solid_of(thrum_solid_shape kind) {
@@ -1124,7 +1124,7 @@ static void a_solid_beyond_all_distances_is_refused(void **context) {
   const double places[14] = {0, 0, 0, 1, 0, 0, 0, 0, 0, 1e100, 1, 0, 0, 0};
   thrum_scene *scene = NULL;
   thrum_error error;
-  assert_int_equal(thrum_scene_make(0.003, &scene, &error), THRUM_OK);
+  assert_int_equal(thrum_scene_create(0.003, &scene, &error), THRUM_OK);
 
   // each in turn has a part that is too far away
   for (int n = 0; n < 4; n++) {
@@ -1139,7 +1139,7 @@ static void a_solid_beyond_all_distances_is_refused(void **context) {
     assert_int_equal(thrum_scene_add_solid(scene, &def, NULL, &error), THRUM_BAD_VALUE);
     assert_non_null(strstr(error.message, "within 1e30"));
   }
-  thrum_scene_free(scene);
+  thrum_scene_destroy(scene);
 }
 
 /* A plate stays on a pole that is thinner than any of its triangles, and a block on all shapes. */
@@ -1397,12 +1397,12 @@ static void a_share_of_a_thickness_near_zero_is_a_number(void **context) {
 static double depth_in_solid(const fixture *f, const thrum_scene_solid_def *solid) {
   thrum_scene *scene = NULL;
   thrum_scene_overlap overlap;
-  MUST(thrum_scene_make(0.001, &scene, &failure));
+  MUST(thrum_scene_create(0.001, &scene, &failure));
   const thrum_scene_body_def block = def_of(&f->block, 0, 0, 0, 1);
   add(scene, &block);
   MUST(thrum_scene_add_solid(scene, solid, NULL, &failure));
   MUST(thrum_scene_find_overlap(scene, &overlap, &failure));
-  thrum_scene_free(scene);
+  thrum_scene_destroy(scene);
   assert_true(overlap.body < 0 || (overlap.body == 0 && overlap.other == -1 &&
                                    overlap.obstacle == -1 && overlap.solid == 0));
   return overlap.body < 0 ? 0 : overlap.depth;
@@ -1558,7 +1558,7 @@ static void a_pull_is_as_strong_where_bodies_touch(void **context) {
   double x[2][3];
   for (int n = 0; n < 2; n++) {
     thrum_scene *scene = NULL;
-    MUST(thrum_scene_make(0.002, &scene, &failure));
+    MUST(thrum_scene_create(0.002, &scene, &failure));
     if (n == 1)
       collide(scene, 0.5, 0.5);
     const thrum_scene_body_def def = def_of(&f->block, 0, 0, 0, 1);
@@ -1571,7 +1571,7 @@ static void a_pull_is_as_strong_where_bodies_touch(void **context) {
     for (int k = 0; k < 5; k++)
       MUST(thrum_scene_step(scene, &failure));
     MUST(thrum_scene_probe(scene, 0, x[n], NULL, &failure));
-    thrum_scene_free(scene);
+    thrum_scene_destroy(scene);
   }
   print_message("pulled to %.4f and %.4f m\n", x[0][0], x[1][0]);
   assert_true(x[0][0] > 0.15);

@@ -29,7 +29,7 @@ static thrum_scene_body_def def_of(const random_model *m) {
 /* A scene of one body at dt, with gravity. */
 static thrum_scene *scene_of(const thrum_scene_body_def *def, double dt, const double gravity[3]) {
   thrum_scene *scene = NULL;
-  MUST(thrum_scene_make(dt, &scene, &failure));
+  MUST(thrum_scene_create(dt, &scene, &failure));
   if (gravity)
     MUST(thrum_scene_set_gravity(scene, gravity, &failure));
   MUST(thrum_scene_add_body(scene, def, NULL, &failure));
@@ -81,7 +81,7 @@ static void a_condensed_body_has_the_bits_of_its_model_alone_and_shows_its_slave
 
   state_free(state);
   free(memory);
-  thrum_scene_free(scene);
+  thrum_scene_destroy(scene);
   random_model_free(&m);
 }
 
@@ -111,8 +111,8 @@ static void a_scaled_body_is_the_body_scaled(void **context) {
     slaves += i < MASTERS ? 0 : fabs(a[i]);
   }
   assert_true(slaves > 1e-6);
-  thrum_scene_free(small);
-  thrum_scene_free(large);
+  thrum_scene_destroy(small);
+  thrum_scene_destroy(large);
   random_model_free(&m);
 }
 
@@ -147,7 +147,7 @@ static void a_constant_load_ends_where_the_energy_and_its_potential_are_least(vo
 
   free(work);
   free(memory);
-  thrum_scene_free(scene);
+  thrum_scene_destroy(scene);
   random_model_free(&m);
 }
 
@@ -184,7 +184,7 @@ static void a_snapshot_goes_on_with_the_same_bits(void **context) {
   const thrum_scene_body_def def = def_of(&m);
   thrum_scene *scene = scene_of(&def, 0.003, gravity);
   go_back(scene);
-  thrum_scene_free(scene);
+  thrum_scene_destroy(scene);
   random_model_free(&m);
 }
 
@@ -202,7 +202,7 @@ static void a_snapshot_under_a_pull_and_a_changing_load_goes_on_with_the_same_bi
   MUST(thrum_scene_add_load(scene, 0, &load, &failure));
   MUST(thrum_scene_pull_start(scene, 0, 4, target, 20, 0.1, NULL, &failure));
   go_back(scene);
-  thrum_scene_free(scene);
+  thrum_scene_destroy(scene);
   random_model_free(&m);
 }
 
@@ -231,7 +231,7 @@ static void the_number_of_masters_can_change_without_a_jump_of_the_shape(void **
   MUST(thrum_scene_set_rank(scene, 0, RANK, &failure));
   MUST(thrum_scene_body(scene, 0, &info, &failure));
   assert_true(info.rank == RANK && info.condensed == 0);
-  thrum_scene_free(scene);
+  thrum_scene_destroy(scene);
   random_model_free(&m);
 }
 
@@ -278,7 +278,7 @@ static void a_body_is_condensed_and_stepped_whole_again_between_two_steps(void *
   assert_int_equal(thrum_scene_set_condensed(scene, 0, RANK, &failure), THRUM_INVALID_ARGUMENT);
   assert_int_equal(thrum_scene_set_condensed(scene, 0, -1, &failure), THRUM_INVALID_ARGUMENT);
   assert_int_equal(thrum_scene_set_condensed(scene, 1, 2, &failure), THRUM_INVALID_ARGUMENT);
-  thrum_scene_free(scene);
+  thrum_scene_destroy(scene);
   random_model_free(&m);
 }
 
@@ -300,7 +300,7 @@ static void a_load_beyond_numbers_leaves_the_shape_as_it_was(void **context) {
   MUST(thrum_scene_body_shape(scene, 0, after, &failure));
   assert_memory_equal(after, before, sizeof before);
 
-  thrum_scene_free(scene);
+  thrum_scene_destroy(scene);
   random_model_free(&m);
 }
 
@@ -309,7 +309,7 @@ static void what_cannot_be_condensed_is_refused(void **context) {
   random_model m;
   make_model(&m);
   thrum_scene *scene = NULL;
-  MUST(thrum_scene_make(0.003, &scene, &failure));
+  MUST(thrum_scene_create(0.003, &scene, &failure));
 
   // each def asks for something that does not go together
   thrum_scene_body_def def = def_of(&m);
@@ -324,7 +324,7 @@ static void what_cannot_be_condensed_is_refused(void **context) {
   def.start_mode = MASTERS + 1;
   assert_int_equal(thrum_scene_add_body(scene, &def, NULL, &failure), THRUM_INVALID_ARGUMENT);
   assert_int_equal(thrum_scene_body_count(scene), 0);
-  thrum_scene_free(scene);
+  thrum_scene_destroy(scene);
   random_model_free(&m);
 }
 
@@ -392,8 +392,8 @@ static void slaves_that_answer_to_loads_alone_leave_the_masters_their_bits(void 
     assert_true(fabs(q[h] - rest) <= 1e-14 * fabs(rest) && p[h] == 0);
   }
 
-  thrum_scene_free(with);
-  thrum_scene_free(without);
+  thrum_scene_destroy(with);
+  thrum_scene_destroy(without);
   free_followers(&f);
 }
 
@@ -448,7 +448,7 @@ static void what_follows_answers_a_pull_at_rest(void **context) {
       assert_true(fabs(at[axis] - f.m.vertices[3 * PULLED + axis] - u[axis]) <= 0.01 * size);
       assert_true(fabs(stiffness * (target[axis] - at[axis]) - force[axis]) <= 0.01 * strength);
     }
-    thrum_scene_free(scene);
+    thrum_scene_destroy(scene);
   }
   free_followers(&f);
 }
@@ -482,7 +482,7 @@ static void the_energy_of_a_pull_is_accounted_for(void **context) {
               1e-9 * (before.kinetic + before.potential));
   for (int h = MASTERS; h < RANK; h++)
     assert_true(q[h] == 0);
-  thrum_scene_free(scene);
+  thrum_scene_destroy(scene);
   free_followers(&f);
 }
 

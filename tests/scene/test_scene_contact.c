@@ -34,7 +34,7 @@ static int make(void **context, const char *fix) {
   for (int64_t v = 0; v < m->vertex_count; v++)
     f->touch[v] = (int32_t)v;
   *context = f;
-  return thrum_scene_make(0.002, &f->scene, &failure) < 0;
+  return thrum_scene_create(0.002, &f->scene, &failure) < 0;
 }
 
 static int make_free(void **context) {
@@ -46,7 +46,7 @@ static int make_held(void **context) {
 
 static int teardown(void **context) {
   fixture *f = *context;
-  thrum_scene_free(f->scene);
+  thrum_scene_destroy(f->scene);
   thrum_precomputed_free(&f->made);
   body_free(&f->block);
   free(f->triangles);

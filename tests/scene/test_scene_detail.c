@@ -25,12 +25,12 @@ static void open_world(world *w, double size, double damping) {
   def.state.integrator = THRUM_INTEGRATOR_ENERGY;
   def.state.damping_alpha = damping;
   def.q = q;
-  MUST(thrum_scene_make(0.003, &w->scene, &failure));
+  MUST(thrum_scene_create(0.003, &w->scene, &failure));
   MUST(thrum_scene_add_body(w->scene, &def, NULL, &failure));
 }
 
 static void close_world(world *w) {
-  thrum_scene_free(w->scene);
+  thrum_scene_destroy(w->scene);
   random_model_free(&w->m);
 }
 

@@ -74,7 +74,7 @@ static void numbers_beyond_a_range_are_refused_by_the_name_of_their_field(void *
   random_model_add_mesh(&m, 12, 9);
   random_model_pack(&m);
   thrum_scene *scene = NULL;
-  assert_int_equal(thrum_scene_make(0.003, &scene, &failure), THRUM_OK);
+  assert_int_equal(thrum_scene_create(0.003, &scene, &failure), THRUM_OK);
 
   // what no row allows, and what lies below the least
   int64_t tried = 0;
@@ -106,7 +106,7 @@ static void numbers_beyond_a_range_are_refused_by_the_name_of_their_field(void *
       }
   }
   assert_true(tried > 60);
-  thrum_scene_free(scene);
+  thrum_scene_destroy(scene);
   random_model_free(&m);
 }
 

@@ -28,12 +28,12 @@ static int setup(void **context) {
   f->meshes[1] = body_make("beam:4x2x2@0.4x0.1x0.1,split=6", "x<0.001");
   f->held_bar = body_precompute(&f->meshes[1], 4, 10);
   *context = f;
-  return thrum_scene_make(0.002, &f->scene, &failure) < 0;
+  return thrum_scene_create(0.002, &f->scene, &failure) < 0;
 }
 
 static int teardown(void **context) {
   fixture *f = *context;
-  thrum_scene_free(f->scene);
+  thrum_scene_destroy(f->scene);
   thrum_precomputed_free(&f->free_bar);
   thrum_precomputed_free(&f->held_bar);
   body_free(&f->meshes[0]);
@@ -44,9 +44,9 @@ static int teardown(void **context) {
 
 /* An empty scene in place of the one that is there. */
 static void restart(fixture *f) {
-  thrum_scene_free(f->scene);
+  thrum_scene_destroy(f->scene);
   f->scene = NULL;
-  MUST(thrum_scene_make(0.002, &f->scene, &failure));
+  MUST(thrum_scene_create(0.002, &f->scene, &failure));
 }
 
 /* A free bar whose left lower corner is at a place; its number. */
@@ -447,7 +447,7 @@ static void a_snapshot_and_a_reset_step_to_the_same_bits(void **context) {
 static thrum_scene *make_bare(const fixture *f, thrum_model bare[2]) {
   const thrum_model *models[2] = {&f->held_bar.model, &f->free_bar.model};
   thrum_scene *scene = NULL;
-  MUST(thrum_scene_make(0.002, &scene, &failure));
+  MUST(thrum_scene_create(0.002, &scene, &failure));
   MUST(thrum_scene_set_gravity(scene, down, &failure));
   for (int n = 0; n < 2; n++) {
     bare[n] = *models[n];
@@ -499,7 +499,7 @@ static void links_of_ready_sides_step_to_the_same_bits_without_a_basis(void **co
     assert_memory_equal(&second, &first, sizeof first);
   }
   assert_false(link_at(again, 2).holds);
-  thrum_scene_free(again);
+  thrum_scene_destroy(again);
 }
 
 static void ready_sides_that_do_not_fit_are_refused(void **context) {

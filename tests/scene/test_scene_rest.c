@@ -102,7 +102,7 @@ static double factor_of(const fixture *f, double softness) {
 static rest lie(const fixture *f, ground on, double softness, double dt) {
   thrum_scene *scene = NULL;
   const double gravity[3] = {0, 0, -GRAVITY};
-  MUST(thrum_scene_make(dt, &scene, &failure));
+  MUST(thrum_scene_create(dt, &scene, &failure));
   MUST(thrum_scene_set_gravity(scene, gravity, &failure));
   add_ground(scene, on);
 
@@ -139,7 +139,7 @@ static rest lie(const fixture *f, ground on, double softness, double dt) {
     r.impacts = info.contact.impacts + between.impacts;
   }
   r.middle = x[2] - r.distance;
-  thrum_scene_free(scene);
+  thrum_scene_destroy(scene);
   return r;
 }
 
@@ -256,7 +256,7 @@ static void forces_of_contact_are_the_change_of_momentum(void **context) {
   for (int on = PLANE; on <= SOLID; on++) {
     thrum_scene *scene = NULL;
     const double gravity[3] = {0, 0, -GRAVITY}, dt = 0.004;
-    MUST(thrum_scene_make(dt, &scene, &failure));
+    MUST(thrum_scene_create(dt, &scene, &failure));
     MUST(thrum_scene_set_gravity(scene, gravity, &failure));
     add_ground(scene, (ground)on);
     add_stiff(scene, f, RADIUS + 0.05);
@@ -296,7 +296,7 @@ static void forces_of_contact_are_the_change_of_momentum(void **context) {
     assert_true(fabs(account.momentum[0] - sum[0]) < 1e-10 * weight);
     assert_true(fabs(account.momentum[1] - sum[1]) < 1e-10 * weight);
     assert_true(fabs(account.momentum[2] - sum[2] + weight) < 1e-10 * weight);
-    thrum_scene_free(scene);
+    thrum_scene_destroy(scene);
   }
 }
 
@@ -308,7 +308,7 @@ static void a_force_of_nothing_in_the_scene_is_refused(void **context) {
                                             {THRUM_SCENE_BODY, -2},
                                             {THRUM_SCENE_SOLID, 0},
                                             {THRUM_SCENE_OBSTACLE, 1}};
-  MUST(thrum_scene_make(0.002, &scene, &failure));
+  MUST(thrum_scene_create(0.002, &scene, &failure));
   add_ground(scene, PLANE);
   add_stiff(scene, f, 2);
   for (int n = 0; n < 4; n++)
@@ -320,7 +320,7 @@ static void a_force_of_nothing_in_the_scene_is_refused(void **context) {
   // nothing touches before the first step
   MUST(thrum_scene_contact_force(scene, 0, anything, force, &failure));
   assert_true(force[0] == 0 && force[1] == 0 && force[2] == 0);
-  thrum_scene_free(scene);
+  thrum_scene_destroy(scene);
 }
 
 /* --- a slope ---------------------------------------------------------------------------------- */
@@ -394,7 +394,7 @@ static void slide(const shape *cube, const shape *slab, int on, double share, do
   const double angle = atan(share * ROUGH);
   const double gravity[3] = {GRAVITY * sin(angle), 0, -GRAVITY * cos(angle)};
   thrum_scene *scene = NULL;
-  MUST(thrum_scene_make(dt, &scene, &failure));
+  MUST(thrum_scene_create(dt, &scene, &failure));
   MUST(thrum_scene_set_gravity(scene, gravity, &failure));
   thrum_contact_pairs_def pairs = thrum_default_contact_pairs_def();
   pairs.friction = ROUGH;
@@ -421,7 +421,7 @@ static void slide(const shape *cube, const shape *slab, int on, double share, do
     MUST(thrum_scene_probe(scene, 0, x, NULL, &failure));
     where[n] = x[0] - start;
   }
-  thrum_scene_free(scene);
+  thrum_scene_destroy(scene);
 }
 
 /* Coulomb: below the angle of friction a cube that is laid down stays within a millimetre, above it
@@ -455,7 +455,7 @@ static double speed_at_rest(const shape *cube, const shape *slab, int on, double
   const int64_t vertices = cube->made.model.vertex_count;
   thrum_contact_pairs_def pairs = thrum_default_contact_pairs_def();
   thrum_scene *scene = NULL;
-  MUST(thrum_scene_make(dt, &scene, &failure));
+  MUST(thrum_scene_create(dt, &scene, &failure));
   MUST(thrum_scene_set_gravity(scene, gravity, &failure));
   pairs.friction = ROUGH;
   MUST(thrum_scene_set_collisions(scene, &pairs, &failure));
@@ -487,7 +487,7 @@ static double speed_at_rest(const shape *cube, const shape *slab, int on, double
     MUST(thrum_scene_contact_force(scene, 0, anything, force, &failure));
     *share += force[2] / (1000 * info.mass * GRAVITY);
   }
-  thrum_scene_free(scene);
+  thrum_scene_destroy(scene);
   return most;
 }
 

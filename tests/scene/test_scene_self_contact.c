@@ -65,12 +65,12 @@ static int setup(void **context) {
   f->made = body_precompute(&f->mesh, 5, 14);
   f->triangles = outer_triangles(&f->mesh.mesh, &f->triangle_count);
   *context = f;
-  return thrum_scene_make(0.002, &f->scene, &failure) < 0;
+  return thrum_scene_create(0.002, &f->scene, &failure) < 0;
 }
 
 static int teardown(void **context) {
   fixture *f = *context;
-  thrum_scene_free(f->scene);
+  thrum_scene_destroy(f->scene);
   thrum_precomputed_free(&f->made);
   body_free(&f->mesh);
   free(f->triangles);

@@ -38,7 +38,7 @@ static int setup(void **context) {
   def.touch_count = VERTICES;
   def.free = 1;
   def.position[2] = 0.002;
-  MUST(thrum_scene_make(0.002, &f->scene, &failure));
+  MUST(thrum_scene_create(0.002, &f->scene, &failure));
   MUST(thrum_scene_set_gravity(f->scene, down, &failure));
   MUST(thrum_scene_add_body(f->scene, &def, NULL, &failure));
   const thrum_obstacle floor = thrum_default_obstacle();
@@ -65,7 +65,7 @@ static int setup(void **context) {
 
 static int teardown(void **context) {
   fixture *f = *context;
-  thrum_scene_free(f->scene);
+  thrum_scene_destroy(f->scene);
   thrum_precomputed_free(&f->made);
   body_free(&f->cube);
   free(f->snapshot);

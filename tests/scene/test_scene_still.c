@@ -41,7 +41,7 @@ static int make(void **context, const char *fix) {
   def.free = fix == NULL;
   def.position[2] = 1;
   for (int n = 0; n < 2; n++) {
-    MUST(thrum_scene_make(0.002, &f->scenes[n], &failure));
+    MUST(thrum_scene_create(0.002, &f->scenes[n], &failure));
     MUST(thrum_scene_add_body(f->scenes[n], &def, NULL, &failure));
   }
   MUST(thrum_scene_set_detail(f->scenes[0], 0, &level, &failure));
@@ -60,7 +60,7 @@ static int make_held(void **context) {
 static int teardown(void **context) {
   fixture *f = *context;
   for (int n = 0; n < 2; n++)
-    thrum_scene_free(f->scenes[n]);
+    thrum_scene_destroy(f->scenes[n]);
   thrum_precomputed_free(&f->made);
   body_free(&f->block);
   free(f->touch);

@@ -576,7 +576,7 @@ static void run_scene(soak *s, const thrum_model *model, double size) {
   const double width = draw_surface(s, model, triangles);
   snprintf(s->what, sizeof s->what, "%s, a scene of %d bodies%s%s", s->names[s->model], (int)count,
            has_floor ? " with obstacles" : "", collides ? " that touch each other" : "");
-  must(s, thrum_scene_make(between(s, -1, 1) / sqrt(model->omega2[0]) / 10, &scene, &error),
+  must(s, thrum_scene_create(between(s, -1, 1) / sqrt(model->omega2[0]) / 10, &scene, &error),
        &error);
 
   // bodies of any size and integrator; some are condensed
@@ -640,7 +640,7 @@ static void run_scene(soak *s, const thrum_model *model, double size) {
     look_at_collisions(s, scene);
     disturb_scene(s, scene, size, &pull);
   }
-  thrum_scene_free(scene);
+  thrum_scene_destroy(scene);
   s->scenes++;
 }
 
@@ -717,6 +717,6 @@ int main(int argc, char **argv) {
     run_episode(&s);
   report(&s);
   for (int n = 0; n < s.model_count; n++)
-    thrum_model_free(s.models[n]);
+    thrum_model_destroy(s.models[n]);
   return 0;
 }

@@ -117,7 +117,7 @@ static void amplitude_is_the_mean_displacement_of_the_group(void **state) {
   assert_true(fabs(moved - body.compliance) < 1e-15);
 
   experiment_body_free(&body);
-  thrum_model_free(model);
+  thrum_model_destroy(model);
 }
 
 /* A slow body has the whole impulse as momentum afterwards, whether the 3 ms of the impulse are
@@ -156,7 +156,7 @@ static void a_strike_gives_its_whole_impulse_at_any_step(void **state) {
   }
 
   experiment_body_free(&body);
-  thrum_model_free(model);
+  thrum_model_destroy(model);
 }
 
 int main(void) {

@@ -65,7 +65,7 @@ static int free_bodies(void **context) {
   for (int b = 0; b < BODIES; b++) {
     for (int start = 0; start < STARTS; start++)
       experiment_body_free(&bodies[b][start]);
-    thrum_model_free(models[b]);
+    thrum_model_destroy(models[b]);
   }
   return remove_folder(context);
 }

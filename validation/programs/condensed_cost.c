@@ -100,6 +100,6 @@ int main(int argc, char **argv) {
   if (!(swing > 0) || thrum_model_load(argv[1], &whole, &error) < 0 ||
       measure(whole, swing, &error) < 0)
     return fprintf(stderr, "usage: thrum_condensed_cost MODEL.npz SWING\n%s\n", error.message), 1;
-  thrum_model_free(whole);
+  thrum_model_destroy(whole);
   return 0;
 }

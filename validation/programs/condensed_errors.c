@@ -133,6 +133,6 @@ int main(int argc, char **argv) {
     fprintf(stderr, "%s\n", error.message);
   free(motions[0].q);
   free(motions[1].q);
-  thrum_model_free(whole);
+  thrum_model_destroy(whole);
   return status < 0;
 }

@@ -104,6 +104,6 @@ int main(int argc, char **argv) {
     printf("%-8s %5d steps, %4.1f points touch, %4.1f sweeps, median %6.2f us\n", names[which],
            found.count, found.touching / count, found.sweeps / count, found.times[found.count / 2]);
   }
-  thrum_model_free(model);
+  thrum_model_destroy(model);
   return 0;
 }

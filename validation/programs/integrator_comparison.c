@@ -377,6 +377,6 @@ int main(int argc, char **argv) {
   else
     print_costs(&s);
   experiment_body_free(&s.body);
-  thrum_model_free(model);
+  thrum_model_destroy(model);
   return 0;
 }

@@ -191,8 +191,8 @@ export class Engine {
 
   /** Builds a scene of the pack's form in place of the one before. */
   build(scene) {
-    const made = this.memory.made(this.wasm.js_scene_make(scene.dt));
-    this.wasm.js_scene_free(this.scene);
+    const made = this.memory.made(this.wasm.js_scene_create(scene.dt));
+    this.wasm.js_scene_destroy(this.scene);
     for (const at of this.motions.splice(0)) this.wasm.js_free(at);
     this.scene = made;
     this.bodies = [];

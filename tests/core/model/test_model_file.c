@@ -215,8 +215,8 @@ static void view_init_and_load_agree(void **state) {
   THRUM_MODEL_ARRAYS(X)
 #undef X
 
-  thrum_model_free(loaded);
-  thrum_model_free(NULL);
+  thrum_model_destroy(loaded);
+  thrum_model_destroy(NULL);
 }
 
 static void a_laid_out_model_outlives_its_file(void **state) {
@@ -259,7 +259,7 @@ static void check_savez_form(archive_extra extra) {
   assert_int_equal(thrum_file_write_atomic(path, file_bytes, size, &error), THRUM_OK);
   assert_int_equal(thrum_model_load(path, &loaded, &error), THRUM_OK);
   assert_true(models_bit_equal(&model, loaded));
-  thrum_model_free(loaded);
+  thrum_model_destroy(loaded);
 }
 
 static void files_of_numpy_savez_are_copied_and_loaded_but_not_viewed(void **state) {

@@ -56,7 +56,7 @@ static void expect_sample(const char *path) {
   if (thrum_model_load(path, &model, &error) != THRUM_OK)
     fail_msg("%s", error.message);
   assert_true(models_bit_equal(&sample, model));
-  thrum_model_free(model);
+  thrum_model_destroy(model);
 }
 
 static void expect_refused(const char *path, thrum_status status, const char *words) {
@@ -258,7 +258,7 @@ static void the_model_by_hand_of_the_format_page_is_a_model(void **state) {
   assert_true(thrum_work_count(model) <= 2048);
   // 1/2 * 4 * 2^2 + 1/4 * 2^4
   assert_true(thrum_strain_energy(model, &q, work) == 12);
-  thrum_model_free(model);
+  thrum_model_destroy(model);
 }
 
 int main(void) {

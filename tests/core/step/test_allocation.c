@@ -214,7 +214,7 @@ static void stepping_a_scene_allocates_nothing(void **context) {
   const thrum_load sway = {THRUM_LOAD_SINE, 0, INFINITY, 2};
   const thrum_obstacle floor = thrum_default_obstacle();
   thrum_scene *scene = NULL;
-  assert_int_equal(thrum_scene_make(0.01, &scene, NULL), THRUM_OK);
+  assert_int_equal(thrum_scene_create(0.01, &scene, NULL), THRUM_OK);
   assert_int_equal(thrum_scene_set_gravity(scene, down, NULL), THRUM_OK);
   assert_int_equal(
       thrum_scene_set_wind(scene, (thrum_scene_wind_def[1]){wind_of(wind, 1.2, 1)}, NULL),
@@ -248,7 +248,7 @@ static void stepping_a_scene_allocates_nothing(void **context) {
   }
 
   assert_int_equal(calls, before);
-  thrum_scene_free(scene);
+  thrum_scene_destroy(scene);
   random_model_free(&m);
 }
 
@@ -271,7 +271,7 @@ static void the_counter_sees_an_allocation_inside_the_library(void **context) {
   assert_true(calls > before);
 
   before = calls;
-  thrum_model_free(loaded);
+  thrum_model_destroy(loaded);
   assert_true(calls > before);
 
   unlink(path);

@@ -60,7 +60,7 @@ static void beam_open(beam *b) {
 
 static void beam_close(beam *b) {
   free(b->region);
-  thrum_model_free(b->loaded);
+  thrum_model_destroy(b->loaded);
 }
 
 static void regions_add_up_to_the_mesh_of_their_moduli(void **state) {

@@ -50,9 +50,9 @@ static void derivatives_are_those_of_the_mesh(void **state) {
     assert_true(fabs(found.poisson[i] - differences) < 1e-4 * fabs(differences) + 1e-6);
   }
   frequency_gradient_free(&found);
-  thrum_model_free(less);
-  thrum_model_free(more);
-  thrum_model_free(model);
+  thrum_model_destroy(less);
+  thrum_model_destroy(more);
+  thrum_model_destroy(model);
 }
 
 /* Regions share what the whole has, and modes of one frequency share their sum. */
@@ -95,7 +95,7 @@ static void shares_add_up(void **state) {
   frequency_gradient_free(&found);
   frequency_gradient_free(&paired);
   free(region);
-  thrum_model_free(loaded);
+  thrum_model_destroy(loaded);
 }
 
 int main(void) {
