@@ -13,10 +13,12 @@
 #include "driver/export/body_header.h"
 #include "driver/export/fmu_write.h"
 #include "driver/export/glb.h"
+#include "driver/export/nlvib.h"
 #include "driver/export/vertex_cache.h"
 #include "driver/make/named_model.h"
 #include "driver/record/run_entries.h"
 #include "driver/scene/scene_read.h"
+#include "driver/spec/shared_options.h"
 #include "io/json.h"
 #include "io/paths.h"
 #include "platform/interrupt.h"
@@ -37,6 +39,8 @@ typedef struct export_request {
   const char *numpy, *torch, *jax;
   const char *header;
   const char *fmu;
+  const char *nlvib;
+  damping_spec damping; /* in that */
   bool fmi3, fmi_given;
   fmu_target targets[FMU_TARGETS_MAX];
   int64_t target_count;
@@ -63,6 +67,14 @@ static thrum_status take_target(const config_given *given, void *request) {
     return config_given_refuse(given, "%s", error.message);
   r->target_count++;
   return THRUM_OK;
+}
+
+static thrum_status take_damping(const config_given *given, void *request) {
+  return damping_spec_take_rayleigh(given, &((export_request *)request)->damping);
+}
+
+static thrum_status take_ratios(const config_given *given, void *request) {
+  return damping_spec_take_ratios(given, &((export_request *)request)->damping);
 }
 
 static const char *const fmi_names[] = {"2", "3", NULL};
@@ -114,8 +126,15 @@ static const config_option options[] = {
     OPTION_CHOICE("fmi", fmi_names, "2", "the version of FMI that the unit is of", AT(fmi3),
                   .given = offsetof(export_request, fmi_given)),
     OPTION_TEXT("at", "TARGET", "each group that moves",
-                "where forces act on the unit, and displacements are told", .repeats = true,
-                .take = take_target),
+                "where forces act on the unit, and displacements are told; of --nlvib the rows "
+                "of T, none by default",
+                .repeats = true, .take = take_target),
+    OPTION_TEXT("nlvib", "FILE.mat", NULL,
+                "mass, damping, stiffness, exponents and coefficients, M, D, K, p and E, as NLvib "
+                "and other programs of MATLAB and Octave read them",
+                AT(nlvib)),
+    OPTION_DAMPING(.take = take_damping),
+    OPTION_DAMPING_RATIO(take_ratios),
     OPTION_TEXT("matrices", "PREFIX", NULL,
                 "stiffness [N/m] and mass [kg] of the free components as Matrix Market, "
                 "PREFIX.K.mtx and PREFIX.M.mtx, and in PREFIX.rows.txt the vertex and axis of "
@@ -145,6 +164,7 @@ const config_command command_export = {
                 "export beam.npz --vega-basis beam.URendering.float --float\n"
                 "export beam.npz --numpy beam_arrays.py\n"
                 "export beam.npz --header beam.h\n"
+                "export beam.npz --nlvib beam.mat --damping-ratio 0.002 --at tip\n"
                 "export beam.npz --fmu beam.fmu --fmi 3 --at tip --at near:0.5,0,0\n"
                 "export bridge --matrices bridge",
 };
@@ -163,7 +183,8 @@ static int check_files(const export_request *request) {
                {"--torch", request->torch},
                {"--jax", request->jax},
                {"--header", request->header},
-               {"--fmu", request->fmu}};
+               {"--fmu", request->fmu},
+               {"--nlvib", request->nlvib}};
 
   // each file against the inputs and against those before it
   const int count = (int)(sizeof files / sizeof *files);
@@ -236,11 +257,12 @@ static int read_options(int argc, char **argv, export_request *request) {
   const bool motion = request->glb || request->pc2 || request->mdd;
   const bool of_model = request->vega_basis || request->vega_cubic || request->matrices ||
                         request->numpy || request->torch || request->jax || request->header ||
-                        request->fmu;
+                        request->fmu || request->nlvib;
   if (!motion && !of_model && !request->obj)
     return config_usage("export",
                         "say what to write: --glb, --pc2, --mdd, --obj, --vega-basis, "
-                        "--vega-cubic, --numpy, --torch, --jax, --header, --fmu or --matrices");
+                        "--vega-cubic, --numpy, --torch, --jax, --header, --fmu, --nlvib or "
+                        "--matrices");
   CONFIG_TRY(check_form(request));
 
   // the bodies of a scene have surfaces and models of their own
@@ -269,8 +291,8 @@ static int read_options(int argc, char **argv, export_request *request) {
     return refuse_still(request->model);
   if (of_model && is_run)
     return config_usage("export",
-                        "--vega-basis, --vega-cubic, --numpy, --torch, --jax, --header, --fmu "
-                        "and --matrices are of a model: name its file, not '%s'",
+                        "--vega-basis, --vega-cubic, --numpy, --torch, --jax, --header, --fmu, "
+                        "--nlvib and --matrices are of a model: name its file, not '%s'",
                         request->model);
 
   if (!is_run && request->run_model)
@@ -279,8 +301,11 @@ static int read_options(int argc, char **argv, export_request *request) {
     return config_usage("export", "--surface goes with --glb, --pc2, --mdd or --obj");
   if (request->single && !request->vega_basis)
     return config_usage("export", "--float goes with --vega-basis");
-  if ((request->fmi_given || request->target_count > 0) && !request->fmu)
-    return config_usage("export", "--fmi and --at go with --fmu");
+  if ((request->fmi_given && !request->fmu) ||
+      (request->target_count > 0 && !request->fmu && !request->nlvib))
+    return config_usage("export", "--fmi and --at go with --fmu, --at with --nlvib too");
+  if (damping_spec_given(&request->damping) && !request->nlvib)
+    return config_usage("export", "--damping and --damping-ratio go with --nlvib");
   return check_files(request);
 }
 
@@ -354,6 +379,9 @@ static thrum_status write_all(const export_request *request, const thrum_model *
   if (status >= 0 && request->fmu)
     status = fmu_write(note(files, "fmu", request->fmu, ""), request->fmi3 ? 3 : 2, model,
                        request->targets, request->target_count, error);
+  if (status >= 0 && request->nlvib)
+    status = nlvib_write(note(files, "nlvib", request->nlvib, ""), model, &request->damping,
+                         request->targets, request->target_count, error);
   if (status >= 0 && request->matrices)
     status = write_matrices(model, request->matrices, files, error);
   return status;
