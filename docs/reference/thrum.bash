@@ -65,7 +65,7 @@ _thrum() {
   'info '*) words='--dt --integrator --load --touch --gradient --json --help' ;;
   'embed '*) words='--output --scale --json --quiet --help' ;;
   'export --fmi') words='2 3' ;;
-  'export '*) words='--glb --fps --pc2 --mdd --model --obj --surface --vega-basis --float --vega-cubic --numpy --torch --jax --header --fmu --fmi --at --matrices --json --help' ;;
+  'export '*) words='--glb --fps --pc2 --mdd --model --obj --surface --vega-basis --float --vega-cubic --numpy --torch --jax --header --fmu --fmi --at --nlvib --damping --damping-ratio --matrices --json --help' ;;
   'bench '*) words='--help' ;;
   'schema '*) words='--help' ;;
     esac
