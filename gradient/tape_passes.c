@@ -92,6 +92,24 @@ static void add(double *to, const double *from, int64_t n) {
     to[i] += from[i];
 }
 
+/* a M b */
+static double product(const double *a, const double *matrix, const double *b, int64_t n) {
+  double sum = 0.0;
+  for (int64_t i = 0; i < n; i++)
+    for (int64_t j = 0; j < n; j++)
+      sum += a[i] * matrix[i * n + j] * b[j];
+  return sum;
+}
+
+/* Adds what parts that move mass have by vectors of q: those given move against x, those seen with
+ * it. */
+static void add_moved(const thrum_step_change *change, double by, const double *bar,
+                      const double *q, int64_t n) {
+  for (int64_t g = 0; g < change->part_count && bar; g++)
+    if (change->parts[g].mass)
+      change->part[g] += by * product(bar, change->parts[g].mass, q, n);
+}
+
 /* What the sums over all steps say. */
 static void put_sums(const thrum_model *model, const thrum_tape *tape,
                      const thrum_step_change *change, double loads, thrum_tape_gradient *gradient) {
@@ -137,21 +155,28 @@ thrum_status thrum_tape_pull_back(const thrum_model *model, thrum_tape *tape, co
   memset(before, 0, vector);
   begin(model, tape, last, change.part_count);
   for (int64_t k = last - 1; k >= 0; k--) {
-    add(change.q, q_bar ? q_bar + (k + 1) * r : NULL, r);
-    add(change.p, p_bar ? p_bar + (k + 1) * r : NULL, r);
+    const double *seen_q = q_bar ? q_bar + (k + 1) * r : NULL;
+    const double *seen_p = p_bar ? p_bar + (k + 1) * r : NULL;
+    add(change.q, seen_q, r);
+    add(change.p, seen_p, r);
     thrum_linear_step_turn(&tape->step);
     const thrum_made_step made = made_step(tape, k);
+    add_moved(&change, -0.5, seen_q, made.q_next, r);
+    add_moved(&change, -0.5, seen_p, made.p_next, r);
     THRUM_TRY(enter(tape, k, &made, true, error));
     thrum_linear_step_pull(&tape->step, &made, &change);
 
     // the force of this step, also as the one before the next
     add(change.force, before, r);
     memcpy(before, change.force_before, vector);
+    add_moved(&change, -0.5, change.force, made.force, r);
     for (int64_t i = 0; i < r; i++)
       loads += made.force[i] * change.force[i];
     if (gradient->force)
       memcpy(gradient->force + k * r, change.force, vector);
   }
+  add_moved(&change, 0.5, change.q, tape->q, r);
+  add_moved(&change, 0.5, change.p, tape->p, r);
   add(change.q, q_bar, r);
   add(change.p, p_bar, r);
   if (!thrum_all_finite(change.q, r) || !thrum_all_finite(change.p, r))
@@ -169,14 +194,31 @@ static void copy_or_zero(double *to, const double *from, int64_t n) {
     to[i] = from ? from[i] : 0.0;
 }
 
-/* The change of a step's force: that of the direction, and the density's. */
+/* to += by of each share M v */
+static void add_shares(const thrum_step_change *change, double by, const double *v, int64_t n,
+                       double *to) {
+  for (int64_t g = 0; g < change->part_count; g++)
+    for (int64_t i = 0; i < n && change->parts[g].mass; i++)
+      for (int64_t j = 0; j < n; j++)
+        to[i] += by * change->part[g] * change->parts[g].mass[i * n + j] * v[j];
+}
+
+/* The change of a step's force: that of the direction, and those of densities. */
 static void put_force(const thrum_tape *tape, int64_t k, const thrum_tape_gradient *direction,
-                      double *to) {
+                      const thrum_step_change *change, double *to) {
   const int64_t r = tape->rank;
   const double *force = tape->force + (k + 1) * r;
   copy_or_zero(to, k >= 0 && direction->force ? direction->force + k * r : NULL, r);
   for (int64_t i = 0; i < r; i++)
     to[i] -= direction->density * force[i];
+  add_shares(change, -0.5, force, r, to);
+}
+
+/* What is seen of the change of one end, in the coordinates of the caller. */
+static void put_seen(const thrum_step_change *change, const double *moved, const double *at,
+                     int64_t n, double *to) {
+  copy_or_zero(to, moved, n);
+  add_shares(change, -0.5, at, n, to);
 }
 
 thrum_status thrum_tape_push_forward(const thrum_model *model, thrum_tape *tape,
@@ -200,15 +242,17 @@ thrum_status thrum_tape_push_forward(const thrum_model *model, thrum_tape *tape,
   copy_or_zero(change.p, direction->p, r);
   copy_or_zero(q, change.q, r);
   copy_or_zero(p, change.p, r);
+  add_shares(&change, 0.5, tape->q, r, change.q);
+  add_shares(&change, 0.5, tape->p, r, change.p);
   begin(model, tape, 0, change.part_count);
   for (int64_t k = 0; k < tape->count; k++) {
     const thrum_made_step made = made_step(tape, k);
-    put_force(tape, k, direction, change.force);
-    put_force(tape, k - 1, direction, change.force_before);
+    put_force(tape, k, direction, &change, change.force);
+    put_force(tape, k - 1, direction, &change, change.force_before);
     THRUM_TRY(enter(tape, k, &made, false, error));
     thrum_linear_step_push(&tape->step, &made, &change);
-    copy_or_zero(q + (k + 1) * r, change.q, r);
-    copy_or_zero(p + (k + 1) * r, change.p, r);
+    put_seen(&change, change.q, made.q_next, r, q + (k + 1) * r);
+    put_seen(&change, change.p, made.p_next, r, p + (k + 1) * r);
     thrum_linear_step_turn(&tape->step);
   }
   if (!thrum_all_finite(change.q, r) || !thrum_all_finite(change.p, r))

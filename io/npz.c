@@ -74,7 +74,8 @@ int thrum_npz_of_model(const thrum_model *model, thrum_npz_array arrays[THRUM_NP
 #undef X
 
   const int64_t basis_rows = 3 * vertex_count, point_rows = 9 * point_count;
-  (void)region_count, (void)meta_bytes;
+  const int64_t modulus_rows = 2 * region_count;
+  (void)meta_bytes;
 
   // the list names each array with its shape in terms of the sizes above
   int count = 0;

@@ -142,6 +142,14 @@ thrum_status thrum_options_check(const thrum_precompute_options *options, thrum_
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "cubature takes the place of a polynomial: import the basis alone");
 
+  // shares are those of the polynomial that is made here, whole and in double precision
+  if (options->parameters && (options->cubature || options->condensed || options->single ||
+                              options->imported || options->trained_count > 0 || options->shared))
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "parameters are those of a whole polynomial in double precision: they "
+                           "go without cubature, condensing, single precision, an imported or "
+                           "trained basis, and several processes");
+
   // a count that cannot be made says so itself
   if (options->check == THRUM_CHECK_INERTIA && !thrum_inertia_available() && !options->shared)
     return thrum_inertia_count(NULL, NULL, 0, NULL, error);

@@ -19,6 +19,7 @@
 #include "precompute/basis/modal_derivatives.h"
 #include "precompute/basis/mode_check.h"
 #include "precompute/basis/order_error.h"
+#include "precompute/basis/parameter_shapes.h"
 #include "precompute/estimate.h"
 #include "precompute/fem/rigid_modes.h"
 #include "precompute/model/model_fill.h"
@@ -26,6 +27,7 @@
 #include "precompute/options_check.h"
 #include "precompute/polynomial/cubature_motion.h"
 #include "precompute/polynomial/polynomial_reduce.h"
+#include "precompute/polynomial/region_shares.h"
 
 #define ORDER_ERRORS_TETS 50000
 #define CUBIC_ERRORS_TETS 20000
@@ -42,6 +44,8 @@ typedef struct pipeline {
   double *rigid, *rigid_dual; /* Z and M Z of a free body, free_count x 6; else NULL */
   double *candidates;         /* free_count x (k + k (k + 1) / 2): modes, then derivatives */
   double *change;             /* S of an imported basis, rank x rank */
+  double *shapes;             /* of parameters, shape_count fields of 3 vertex_count */
+  int64_t shape_count;
   thrum_precomputed result;
 } pipeline;
 
@@ -55,7 +59,8 @@ static void pipeline_free(pipeline *p) {
   p->candidates = NULL;
   free(p->rigid);
   free(p->change);
-  p->change = p->rigid = NULL;
+  free(p->shapes);
+  p->change = p->rigid = p->shapes = NULL;
 }
 
 // Z and M Z of a free body
@@ -343,6 +348,22 @@ static thrum_status part_candidates(pipeline *p, thrum_error *error) {
   return THRUM_OK;
 }
 
+/* What the modes gain where regions change, beside the rank. */
+static thrum_status find_parameter_shapes(pipeline *p, thrum_error *error) {
+  const int64_t k = p->options.modes, most = thrum_parameter_shape_count(p->fem.region_count, k);
+  const int64_t room = p->fem.free_count - p->result.rigid_count - p->options.rank;
+  const int64_t count = most < room ? most : room;
+  if (!p->options.parameters || count < 1)
+    return THRUM_OK;
+  THRUM_TRY(thrum_reserve(&p->shapes, count * 3 * p->fem.vertex_count, sizeof *p->shapes,
+                          "the shapes of the parameters", error));
+  THRUM_TRY(thrum_parameter_shapes(&p->fem, p->options.mass, p->factor, k, p->candidates,
+                                   p->result.mode_omega2, count, p->shapes, &p->shape_count,
+                                   error));
+  p->options.rank += p->shape_count;
+  return THRUM_OK;
+}
+
 static thrum_status run_derivatives(pipeline *p, const thrum_reporter *reporter,
                                     thrum_error *error) {
   const int64_t k = p->options.modes, n = p->fem.free_count,
@@ -355,6 +376,7 @@ static thrum_status run_derivatives(pipeline *p, const thrum_reporter *reporter,
                                        p->candidates + shapes * n, reporter, error));
   if (shapes > k)
     THRUM_THEN(status, part_candidates(p, error));
+  THRUM_THEN(status, find_parameter_shapes(p, error));
 
   // how many steps the solves took is known now
   if (p->ranks)
@@ -375,20 +397,20 @@ static thrum_status make_basis(pipeline *p, const thrum_reporter *reporter, thru
   const int64_t r = p->options.rank, k = p->options.modes;
   double *basis = thrum_model_writable(p->result.model.basis);
   if (!p->options.imported) {
-    const thrum_basis_def def = {.fem = &p->fem,
-                                 .mass = &p->mass,
-                                 .stiffness = &p->stiffness,
-                                 .selection = p->options.selection,
-                                 .rank = r,
-                                 .modes = k,
-                                 .candidates = p->candidates,
-                                 .omega2 = p->result.mode_omega2,
-                                 .shares = p->options.shares,
-                                 .response_count = 3 * p->options.handle_count,
-                                 .responses =
-                                     p->candidates + (k + k * (k + 1) / 2) * p->fem.free_count,
-                                 .trained_count = p->options.trained_count,
-                                 .trained = p->options.trained};
+    const thrum_basis_def def = {
+        .fem = &p->fem,
+        .mass = &p->mass,
+        .stiffness = &p->stiffness,
+        .selection = p->options.selection,
+        .rank = r,
+        .modes = k,
+        .candidates = p->candidates,
+        .omega2 = p->result.mode_omega2,
+        .shares = p->options.shares,
+        .response_count = 3 * p->options.handle_count,
+        .responses = p->candidates + (k + k * (k + 1) / 2) * p->fem.free_count,
+        .trained_count = p->shapes ? p->shape_count : p->options.trained_count,
+        .trained = p->shapes ? p->shapes : p->options.trained};
 
     // the stiffness, which the solves had no room for, is made again
     if (def.selection == THRUM_SELECTION_MODES) {
@@ -481,6 +503,22 @@ static thrum_status make_polynomial(pipeline *p, double *linear, const thrum_rep
                                  model->basis, linear, c3, c4, reporter, error);
 }
 
+/* The shares of moduli and densities, for bodies of others. */
+static thrum_status make_shares(pipeline *p, thrum_error *error) {
+  thrum_model *model = &p->result.model;
+  const int64_t r = model->rank, regions = model->region_count;
+  double *energy = NULL, *mass = NULL;
+  model->energy_size = r * r + model->c3_count + model->c4_count;
+  model->mass_size = r * (r + 3);
+  THRUM_TRY(
+      thrum_reserve(&energy, 2 * regions * model->energy_size, sizeof *energy, "the model", error));
+  model->region_energy = energy;
+  THRUM_TRY(thrum_reserve(&mass, regions * model->mass_size, sizeof *mass, "the model", error));
+  model->region_mass = mass;
+  ((int32_t *)thrum_model_writable(model->format))[1] += THRUM_MODEL_FORMAT_MINOR_PARAMETERS;
+  return thrum_region_shares(&p->fem, p->options.mass, model, energy, mass, error);
+}
+
 static thrum_status run_polynomial(pipeline *p, const thrum_reporter *reporter,
                                    thrum_error *error) {
   const int64_t r = p->options.rank;
@@ -505,6 +543,8 @@ static thrum_status run_polynomial(pipeline *p, const thrum_reporter *reporter,
 
   if (status >= 0 && p->options.cubature)
     return make_points(p, reporter, error);
+  if (status >= 0 && p->options.parameters)
+    status = make_shares(p, error);
   if (status >= 0 && p->options.imported && p->options.imported->linear)
     status = thrum_imported_check(&p->fem, model, &p->result.imported, error);
   if (status >= 0 && p->options.single)
@@ -572,12 +612,12 @@ thrum_status thrum_precompute(const thrum_mesh *mesh, const uint8_t *fixed,
     return thrum_error_set(error, THRUM_MISSING, "the regions of the mesh have no laws");
 
   // a point of the material cannot stand for a spring, nor can a polynomial from elsewhere
-  const bool other = options->shared != NULL || p.options.cubature ||
+  const bool other = options->shared != NULL || p.options.cubature || p.options.parameters ||
                      (p.options.imported && p.options.imported->linear);
   if (mesh->springs && other)
     return thrum_error_set(error, THRUM_UNSUPPORTED,
-                           "springs to the ground go without cubature points, an imported "
-                           "polynomial, and several processes");
+                           "springs to the ground go without cubature points, parameters, an "
+                           "imported polynomial, and several processes");
 
   // several processes take over where there are any
   const thrum_precompute_shared *shared = options->shared;

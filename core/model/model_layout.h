@@ -20,6 +20,7 @@ enum thrum_size_id {
       THRUM_SIZE_COUNT,
   THRUM_SIZE_basis_rows = THRUM_SIZE_COUNT, /* 3 vertex_count */
   THRUM_SIZE_point_rows,                    /* 9 point_count */
+  THRUM_SIZE_modulus_rows,                  /* 2 region_count */
   THRUM_SIZE_1,
   THRUM_SIZE_2,
   THRUM_SIZE_3,
@@ -34,8 +35,8 @@ enum thrum_array_id {
       THRUM_ARRAY_COUNT
 };
 
-/* Names of the sizes, basis_rows and point_rows included; constant. */
-extern const char *const thrum_size_names[THRUM_SIZE_point_rows + 1];
+/* Names of the sizes, basis_rows and what follows it included; constant. */
+extern const char *const thrum_size_names[THRUM_SIZE_modulus_rows + 1];
 
 /* One entry an array, in file order; constant. */
 extern const thrum_array_info thrum_array_table[THRUM_ARRAY_COUNT];

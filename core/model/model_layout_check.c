@@ -95,6 +95,18 @@ static thrum_status check_regions(const thrum_layout *layout, thrum_error *error
   return THRUM_OK;
 }
 
+// the shares of moduli and densities, of the polynomial of a mesh
+static thrum_status check_parameters(const thrum_layout *layout, thrum_error *error) {
+  static const int both[] = {THRUM_ARRAY_region_energy, THRUM_ARRAY_region_mass};
+  THRUM_TRY(check_together(layout, both, 2, "region_energy and region_mass come together", error));
+  if (HAS(layout, region_energy) && (!HAS(layout, c3) || !HAS(layout, material)))
+    return thrum_error_set(error, THRUM_MISSING,
+                           "array '%s' is missing: 'region_energy' has the shares of the materials "
+                           "of a mesh in c3 and c4",
+                           HAS(layout, c3) ? "material" : "c3");
+  return THRUM_OK;
+}
+
 // the polynomial of all coordinates, the condensed one of the first of them, or points in its place
 static thrum_status check_polynomial(const thrum_layout *layout, thrum_error *error) {
   static const int condensed[] = {THRUM_ARRAY_slave_map, THRUM_ARRAY_condensed_c3,
@@ -172,6 +184,7 @@ thrum_status thrum_layout_check_presence(const thrum_layout *layout, thrum_error
                              thrum_array_table[a].name);
 
   THRUM_TRY(check_polynomial(layout, error));
+  THRUM_TRY(check_parameters(layout, error));
   THRUM_TRY(check_together(layout, mesh, 5,
                            "vertices, tets, tet_region, material and fixed come together", error));
   THRUM_TRY(check_together(layout, groups, 3,
@@ -292,6 +305,18 @@ static thrum_status check_mesh_sizes(const thrum_layout *layout, thrum_error *er
   if (!HAS(layout, point_law) && SIZE(layout, law_bytes) != 0)
     return thrum_error_set(error, THRUM_BAD_SHAPE,
                            "array 'point_law' is absent, yet law_bytes is not 0");
+
+  // what parameters add has the numbers of what they add to
+  const int64_t rank = SIZE(layout, rank);
+  const bool parameters = HAS(layout, region_energy);
+  const int64_t energy =
+      parameters ? rank * rank + SIZE(layout, c3_count) + SIZE(layout, c4_count) : 0;
+  const int64_t mass = parameters ? rank * (rank + 3) : 0;
+  if (SIZE(layout, energy_size) != energy || SIZE(layout, mass_size) != mass)
+    return thrum_error_set(error, THRUM_BAD_SHAPE,
+                           "arrays 'region_energy' and 'region_mass' have rows of %" PRId64
+                           " and %" PRId64 " numbers, not %" PRId64 " and %" PRId64,
+                           SIZE(layout, energy_size), SIZE(layout, mass_size), energy, mass);
 
   // with a mesh the regions are those of its materials
   const int64_t laws = SIZE(layout, law_count), regions = SIZE(layout, region_count);

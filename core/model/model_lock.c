@@ -139,6 +139,8 @@ thrum_status thrum_model_lock(void *memory, size_t memory_size, const thrum_mode
   lower.basis = model->basis ? basis : NULL;
   lower.inertia = NULL;
   lower.damping = NULL;
+  lower.region_energy = lower.region_mass = NULL;
+  lower.energy_size = lower.mass_size = 0;
   THRUM_TRY(thrum_model_pack(&lower, at, size - (size_t)(at - (unsigned char *)memory), error));
   lower.identity = thrum_model_identity(&lower);
   memcpy(memory, &lower, sizeof lower);

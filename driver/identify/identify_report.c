@@ -13,10 +13,12 @@
 #include "io/file.h"
 #include "io/folder.h"
 #include "io/json.h"
+#include "thrum/parameters.h"
 
 #define PATH_MAX_HERE 1200
 #define QUANTILE 1.96     /* of 95 % */
-#define MOVED_WARNED 0.02 /* of a modulus: beyond, its basis may be felt */
+#define MOVED_WARNED 0.02 /* of a modulus: beyond, its basis may be felt, */
+#define MOVED_SHARED 0.1  /* and one that was made for such changes */
 #define UNSEEN_FROM 0.5   /* deviation over the value from which a parameter does not show */
 
 /* Does the recording say nothing of it? */
@@ -92,11 +94,19 @@ void identify_report_warn(const identify_fit *fit) {
   for (int64_t n = 0; n < fit->count; n++)
     if (fit->parameters[n].kind == IDENTIFY_YOUNG && fit->energy.count > 1)
       most = fmax(most, fabs(fit->parameters[n].value / fit->parameters[n].first - 1));
-  if (most > MOVED_WARNED)
+  const bool shared = thrum_model_parameter_count(fit->model) > 0;
+  if (most > MOVED_WARNED && !shared)
     config_warn(
-        "a modulus moved by %.0f %%: the basis is still that of the model's own, and what is "
-        "seen little may be off by as much; precompute the model with the moduli found, and "
-        "identify again until they stay",
+        "a modulus moved by %.0f %%: the basis is that of the model's own, and what is seen "
+        "little may be off by half as much; precompute the model with --parameters, or with "
+        "the moduli found, and identify again until they stay",
+        100 * most);
+  if (most > MOVED_SHARED && shared)
+    config_warn(
+        "a modulus moved by %.0f %%: the basis has its first changes alone, and what is seen "
+        "little "
+        "may be off by a tenth of that; precompute the model with the moduli found, and identify "
+        "again until they stay",
         100 * most);
   if (!fit->converged)
     config_warn("the fit has not converged: begin nearer, or allow more --iterations");

@@ -1,6 +1,6 @@
-/* The energies of regions: the polynomial is reduced once for each region, with the moduli of the
- * others zero, which is exact as the energy is linear in them; a body of other moduli has its modes
- * found anew. SPDX-License-Identifier: Apache-2.0 */
+/* The energies of regions: those of the shares of the model's file, or the polynomial is reduced
+ * once for each region, with the moduli of the others zero, which is exact as the energy is linear
+ * in them; a body of other moduli has its modes found anew. SPDX-License-Identifier: Apache-2.0 */
 #include "driver/identify/region_energy.h"
 
 #include <lapacke.h>
@@ -15,6 +15,7 @@
 #include "precompute/polynomial/change_of_basis.h"
 #include "precompute/polynomial/polynomial_reduce.h"
 #include "thrum/condensed_model.h"
+#include "thrum/parameters.h"
 #include "thrum/polynomial.h"
 
 #define SAME 1e-6 /* of the largest stiffness: by which the sum of the regions may differ */
@@ -73,6 +74,22 @@ static thrum_status check_sum(const region_energy *e, thrum_error *error) {
                          "model, which was scaled or made in another way");
 }
 
+/* The regions by the shares of the file, without its mesh. */
+static thrum_status sum_shares(const region_energy *e, thrum_error *error) {
+  const thrum_model *model = e->model;
+  const int64_t size = part_size(model->rank);
+  double *values = NULL;
+  THRUM_TRY(thrum_reserve(&values, 3 * e->count, sizeof *values, "the regions", error));
+  const thrum_status status = thrum_model_parameters_get(model, values, error);
+  for (int64_t g = 0; g < e->count && status >= 0; g++) {
+    const double *lambda = model->region_energy + 2 * g * size, *mu = lambda + size;
+    for (int64_t n = 0; n < size; n++)
+      linear_of(e, g)[n] = values[3 * g] * lambda[n] + values[3 * g + 1] * mu[n];
+  }
+  free(values);
+  return status;
+}
+
 thrum_status region_energy_open(const thrum_model *model, region_energy *energy,
                                 thrum_error *error) {
   const int64_t r = model->rank;
@@ -82,13 +99,14 @@ thrum_status region_energy_open(const thrum_model *model, region_energy *energy,
     return thrum_error_set(error, THRUM_UNSUPPORTED,
                            "the model has no polynomial of all its coordinates: make one without "
                            "--condense, --cubature and --law");
-  if (energy->count > 1 && (model->basis == NULL || model->tets == NULL))
+  const bool shares = thrum_model_parameter_count(model) > 0;
+  if (energy->count > 1 && !shares && (model->basis == NULL || model->tets == NULL))
     return thrum_error_set(error, THRUM_MISSING,
                            "the model has several regions, and no mesh to tell them apart");
   THRUM_TRY(thrum_reserve(&energy->block, energy->count * part_size(r), sizeof *energy->block,
                           "the regions", error));
   if (energy->count > 1) {
-    THRUM_TRY(reduce_regions(energy, error));
+    THRUM_TRY(shares ? sum_shares(energy, error) : reduce_regions(energy, error));
     return check_sum(energy, error);
   }
 
@@ -214,7 +232,7 @@ thrum_status region_energy_body(const region_energy *energy, const double *facto
   for (int64_t g = 0; g < count; g++) {
     const double *linear = parts + g * part_size(r), *part3 = linear + r * r;
     THRUM_TRY(pack(energy, none, part3, part3 + n3, &at, &body->forms[g], error));
-    body->parts[g] = (thrum_energy_part){linear, &body->forms[g]};
+    body->parts[g] = (thrum_energy_part){.linear = linear, .form = &body->forms[g]};
   }
   return THRUM_OK;
 }

@@ -163,6 +163,14 @@ static const config_option options[] = {
                 "follow at rest; the file is small, and cannot be stepped uncondensed",
                 AT(condense)),
 
+    OPTION_FLAG(
+        "parameters",
+        "keep what Lame's lambda and mu and the density of each region add to the model, so "
+        "that they can be set, fitted and differentiated by later; a file of several "
+        "regions is that many times as large, and six shapes for each region but one come "
+        "beside the rank",
+        AT(options.parameters)),
+
     OPTION_HEADING("points in place of the polynomial"),
     OPTION_LAW("stvk", "; these two need --cubature, as a polynomial cannot hold them",
                AT(options.law), GIVEN(law_given)),
@@ -363,6 +371,12 @@ int precompute_options_read(int argc, char **argv, precompute_request *request) 
   request->touch = request->touch || request->touch_stepped;
   if (request->touch && (request->train_count + request->test_count > 0 || request->import_basis))
     return config_usage("precompute", "--touch goes without --train, --test and --import-basis");
+  if (request->options.parameters &&
+      (request->condense || request->options.single || request->options.cubature ||
+       request->import_basis || request->touch || request->train_count + request->test_count > 0))
+    return config_usage("precompute",
+                        "--parameters goes without --condense, --precision single, --cubature, "
+                        "--import-basis, --touch, --train and --test");
   if (request->condense && request->import_basis)
     return config_usage("precompute",
                         "--condense needs linear modes, which --import-basis has not");

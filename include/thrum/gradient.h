@@ -96,7 +96,32 @@ typedef struct thrum_energy_part {
   /* A model of the same rank, best a packed one, whose energy, with its omega2, is added to that of
    * L. It need not have an identity. */
   const struct thrum_model *form;
+  /* M of a part that moves mass, rank x rank, both triangles; NULL: none. A share t of it is one in
+   * coordinates x = (1 + 1/2 t M) q that keep unit mass, while all that a caller gives and sees, q
+   * and p of the run and the forces, stays that of the coordinates q. */
+  const double *mass;
 } thrum_energy_part;
+
+/* --- moduli and densities of regions ---------------------------------------------------------- */
+
+/* The parts of the parameters of a model (thrum/parameters.h), in their order: lambda, mu and
+ * density of each region. */
+typedef struct thrum_parameter_parts thrum_parameter_parts;
+
+/* Makes them from the heap; the caller passes them to thrum_parameter_parts_destroy. The model may
+ * go before. THRUM_UNSUPPORTED for a model without parameters, THRUM_OUT_OF_MEMORY,
+ * THRUM_INVALID_ARGUMENT for NULL. */
+THRUM_API thrum_status thrum_parameter_parts_create(const thrum_model *model,
+                                                    thrum_parameter_parts **parts,
+                                                    thrum_error *error);
+THRUM_API void thrum_parameter_parts_destroy(thrum_parameter_parts *parts);
+
+/* For `parts` and `part_count` of a thrum_tape_gradient, whose `part` then has the derivatives per
+ * Pa and per kg/m^3, or a direction in these units: of the body that thrum_model_set_parameters
+ * makes, where displacements, velocities and forces at the start and of each step are held, and
+ * alpha and beta of its damping. The parts lie in the object. NULL and 0 for NULL. */
+THRUM_API const thrum_energy_part *thrum_parameter_parts_list(const thrum_parameter_parts *parts);
+THRUM_API int64_t thrum_parameter_parts_count(const thrum_parameter_parts *parts);
 
 /* Derivatives of a loss, or a direction of the same numbers. Arrays are the caller's, and each may
  * be NULL: not wanted, or a direction of zero. */

@@ -38,6 +38,8 @@ extern "C" {
 #define THRUM_MODEL_FORMAT_MINOR_REGIONS 1
 /* Added to the minor version of another model with cubature points. */
 #define THRUM_MODEL_FORMAT_MINOR_POINTS 2
+/* Added to that of a model with parameters, `region_energy`. */
+#define THRUM_MODEL_FORMAT_MINOR_PARAMETERS 1
 /* Places [m] and velocities [m/s] beyond this are refused: squares and products of them are finite.
  */
 #define THRUM_PLACE_MAX 1e30
@@ -72,7 +74,9 @@ typedef enum thrum_training_number {
   X(condensed_c4_count, "quartic coefficients of the masters")                                     \
   X(point_count, "cubature points in place of the polynomial; 0: none")                            \
   X(law_bytes, "bytes of the name of the law at these points, ended by one 0")                     \
-  X(law_count, "regions, where each has a law of its own; 0: all points have one")
+  X(law_count, "regions, where each has a law of its own; 0: all points have one")                 \
+  X(energy_size, "numbers of an energy of parameters, rank^2 + c3_count + c4_count; 0: none")      \
+  X(mass_size, "numbers of a mass of parameters, rank (rank + 3); 0: none")
 
 /* The arrays, in file order. X(type, name, rows, columns, presence, meaning):
  * type f8 | i4 | u1; rows and columns are a size's name or a literal (columns 1: a plain vector);
@@ -81,7 +85,8 @@ typedef enum thrum_training_number {
  * vertices, the three group arrays together; c3 and c4 together, or in their place slave_map,
  * condensed_c3 and condensed_c4: thrum/condensed_model.h; or the three arrays of cubature points,
  * from which V is summed: thrum/polynomial.h, and with which alone point_training and a point_law
- * go, or in the place of the law point_region and region_law). With midsides the tetrahedra have
+ * go, or in the place of the law point_region and region_law; region_energy and region_mass
+ * together, with c3 and a mesh: thrum/parameters.h). With midsides the tetrahedra have
  * ten nodes: those of a row of tets, its corners, then the middle nodes of the edges 01, 12, 20,
  * 03, 13, 23. */
 #define THRUM_MODEL_ARRAYS(X)                                                                      \
@@ -122,8 +127,12 @@ typedef enum thrum_training_number {
   X(f8, point_training, 4, 1, OPTIONAL,                                                            \
     "what the points were chosen by, thrum_training_number; absent: not known")                    \
   X(f8, springs, vertex_count, 3, OPTIONAL,                                                        \
-    "stiffness to the ground along x, y, z, >= 0 [N/m], which omega2 has in it; absent: none")
-/* basis_rows is 3 * vertex_count, point_rows 9 * point_count */
+    "stiffness to the ground along x, y, z, >= 0 [N/m], which omega2 has in it; absent: none")     \
+  X(f8, region_energy, modulus_rows, energy_size, OPTIONAL,                                        \
+    "of lambda, then of mu of each region: what 1 Pa adds to U^T K U, c3 and c4")                  \
+  X(f8, region_mass, region_count, mass_size, OPTIONAL,                                            \
+    "what 1 kg/m^3 of each region adds to U^T M U, then to axis_mass")
+/* basis_rows is 3 * vertex_count, point_rows 9 * point_count, modulus_rows 2 * region_count */
 
 typedef double thrum_f8;
 typedef int32_t thrum_i4;

@@ -20,6 +20,7 @@
 #include "thrum/link.h"
 #include "thrum/model.h"
 #include "thrum/monitor.h"
+#include "thrum/parameters.h"
 #include "thrum/polynomial.h"
 #include "thrum/rigid_frame.h"
 #include "thrum/state.h"

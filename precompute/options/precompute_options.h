@@ -134,6 +134,11 @@ typedef struct thrum_precompute_options {
 
   bool single; /* c3 and c4 in single precision; default false */
 
+  /* The model holds what moduli and density of each region add to it (thrum/parameters.h), and of
+   * several regions up to 6 (regions - 1) coordinates beside the rank, for shapes that modes gain
+   * where these change; default false. */
+  bool parameters;
+
   /* BLAS threads; >= 1, default 1. Larger: a faster precompute on a machine that has the cores, and
    * other rounding. */
   int threads;

@@ -36,6 +36,8 @@ class Gradient:
     beta: float  # by damping_beta
     stiffness: float  # by a factor of Young's modulus
     density: float  # by a factor of the density
+    # by `Model.parameters`, regions x 3, with displacements, velocities and forces held; None: not asked for
+    parameters: Array | None = None
 
 
 class Rollout:
@@ -55,6 +57,7 @@ class Rollout:
         self._forces = forces if forces is None or density == 1.0 else forces / self._factors[1]
         self._handle = self._stepped._handle()
         self._c_model = self._stepped._c
+        self._parts: Any = None
 
         # the tape, and a state that is only needed to record it
         place = ffi.new("thrum_tape **")
@@ -96,10 +99,10 @@ class Rollout:
         """Times of these rows [s]."""
         return self.dt * np.arange(self.steps + 1)
 
-    def pull_back(self, q_bar: Any = None, p_bar: Any = None) -> Gradient:
+    def pull_back(self, q_bar: Any = None, p_bar: Any = None, *, parameters: bool = False) -> Gradient:
         """The gradient of a loss from its derivatives by q and p, (steps + 1) x r each; None: it does not depend on them.
 
-        Unsupported where a step was divided by a fallback level. Costs about two more runs. One thread at a time.
+        parameters: by `Model.parameters` as well, of a run without factors of stiffness and density. Unsupported where a step was divided by a fallback level. Costs about two more runs. One thread at a time.
         """
         shape, rank = (self.steps + 1, self.model.rank), self.model.rank
         bars = [None if value is None else _native.doubles(value, shape, name)
@@ -107,11 +110,24 @@ class Rollout:
         q, p, damping, force = np.empty(rank), np.empty(rank), np.empty(rank), np.empty((self.steps, rank))
         found = ffi.new("thrum_tape_gradient *", {"q": _native.pointer(q), "p": _native.pointer(p),
                                                   "force": _native.pointer(force), "damping": _native.pointer(damping)})
+        by = self._put_parts(found) if parameters else None
         call(lib.thrum_tape_pull_back, self._c_model, self._tape, *map(_native.pointer, bars), found)
         stiffness, density = self._factors
         # the library's are by factors of what was stepped
         return Gradient(q, p, force / density, damping, found.alpha, found.beta, found.stiffness / stiffness,
-                        found.density / density)
+                        found.density / density, by)
+
+    def _put_parts(self, gradient: Any) -> Array:
+        """Asks for derivatives by the parameters, which come into the array that is returned."""
+        if self._parts is None:
+            place = ffi.new("thrum_parameter_parts **")
+            call(lib.thrum_parameter_parts_create, self._c_model, place)
+            self._parts = ffi.gc(place[0], lib.thrum_parameter_parts_destroy)
+        gradient.parts = lib.thrum_parameter_parts_list(self._parts)
+        gradient.part_count = lib.thrum_parameter_parts_count(self._parts)
+        values = np.empty((gradient.part_count // 3, 3))
+        gradient.part = _native.pointer(values)
+        return values
 
     def push_forward(self, q: Any = None, p: Any = None, force: Any = None, damping: Any = None, alpha: float = 0.0,
                      beta: float = 0.0, stiffness: float = 0.0, density: float = 0.0) -> tuple[Array, Array]:
@@ -145,10 +161,10 @@ def rollout(model: Model, steps: int, q: Any = None, p: Any = None, force: Any =
 
 
 def value_and_gradient(loss: Loss, model: Model, steps: int, q: Any = None, p: Any = None, force: Any = None, *,
-                       stiffness: float = 1.0, density: float = 1.0,
+                       stiffness: float = 1.0, density: float = 1.0, parameters: bool = False,
                        **options: Unpack[StateOptions]) -> tuple[float, Gradient]:
     """The loss of a run and its gradient. loss(q, p) gets q and p after each step, (steps + 1) x r each, and returns its value and
-    its derivatives by both (None: it does not depend on that one). All else is as for `rollout`."""
+    its derivatives by both (None: it does not depend on that one). parameters: as for `Rollout.pull_back`. All else is as for `rollout`."""
     run = rollout(model, steps, q, p, force, stiffness=stiffness, density=density, **options)
     value, q_bar, p_bar = loss(run.q, run.p)
-    return float(value), run.pull_back(q_bar, p_bar)
+    return float(value), run.pull_back(q_bar, p_bar, parameters=parameters)

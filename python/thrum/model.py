@@ -283,7 +283,33 @@ class Model:
         """The model that steps the lowest `masters` coordinates while all others follow at rest."""
         return self._derived("condense", masters)
 
+    @property
+    def parameters(self) -> Array:
+        """Lame's lambda and mu [Pa] and the density [kg/m^3] of each region, regions x 3; Unsupported for a model that was made
+        without `--parameters`."""
+        values = np.empty((max(1, lib.thrum_model_parameter_count(self._c) // 3), 3))
+        call(lib.thrum_model_parameters_get, self._c, _native.pointer(values))
+        return values
+
+    def with_parameters(self, values: Any) -> Model:
+        """The body of other `parameters` (regions x 3), with modes of its own and at the same cost.
+
+        Its basis spans what that of this model spans. Failures: thrum_model_set_parameters.
+        """
+        count = lib.thrum_model_parameter_count(self._c)
+        return self._derived("parameters", *_native.doubles(values, (count // 3, 3), "values").ravel().tolist())
+
+    def _with_parameters(self, *values: float) -> Model:
+        size, work, made = ffi.new("size_t *"), ffi.new("size_t *"), ffi.new("const thrum_model **")
+        call(lib.thrum_model_parameters_size, self._c, size, work)
+        block, scratch = AlignedBlock(size[0]), np.empty(work[0])
+        call(lib.thrum_model_set_parameters, block.place, block.size, self._c, ffi.new("double[]", list(values)), ffi.NULL,
+             _native.pointer(scratch), made)
+        return Model(_Handle(made[0], (block, self._handle())), ("parameters", self, *values))
+
     def _derived(self, kind: str, *arguments: float) -> Model:
+        if kind == "parameters":
+            return self._with_parameters(*arguments)
         size, made = ffi.new("size_t *"), ffi.new("const thrum_model **")
         extra = (ffi.new("thrum_model_scaling *", list(arguments)),) if kind == "scale" else arguments
         size_extra = () if kind == "scale" else arguments

@@ -149,6 +149,12 @@ static void draw_model(drawn_archive *archive, fuzz_draw *draw) {
     ADD("midsides", "<i4", 1, 6, 4, 5, 6, 7, 8, 9);
   if (mesh && !is_free && !points && bits & 16)
     ADD("springs", "<f8", vertices, 3, 0, 100, 0.5);
+
+  // what its material adds
+  if (mesh && !condensed && !points && draw_byte(draw) % 2) {
+    ADD("region_energy", "<f8", 2, rank * rank + thrum_c3_count(rank) + thrum_c4_count(rank), 1e-6);
+    ADD("region_mass", "<f8", 1, rank * (rank + 3), 1e-3);
+  }
 }
 
 /* A surface of one triangle. */

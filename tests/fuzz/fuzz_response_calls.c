@@ -7,12 +7,14 @@
 
 #include "thrum/condensed_model.h"
 #include "thrum/gradient.h"
+#include "thrum/parameters.h"
 #include "thrum/response.h"
 #include "thrum/step_equation.h"
 
 #define STEPS 3
 #define HARMONICS_MOST 4
 #define POINTS 12
+#define PARAMETERS_MOST 12
 
 /* --- periodic motions ---------------------------------------------------------------------------
  */
@@ -111,6 +113,47 @@ static void use_equation(const thrum_model *model, const thrum_state *state) {
     abort();
 }
 
+/* Other moduli and densities of a model that has them. */
+static void use_parameters(const thrum_model *model, fuzz_draw *draw) {
+  size_t size = 0, work_count = 0;
+  thrum_error error = {0};
+  fuzz_check(thrum_model_parameters_size(model, &size, &work_count, &error), &error);
+  const int64_t count = thrum_model_parameter_count(model);
+  if (count == 0 || count > PARAMETERS_MOST)
+    return;
+  double values[PARAMETERS_MOST], turn[RANK_MOST * RANK_MOST], linear[RANK_MOST * RANK_MOST];
+  double mass[RANK_MOST * RANK_MOST];
+  double *work = block(work_count * sizeof *work), *c3 = block((size_t)model->c3_count * 8);
+  double *c4 = block((size_t)model->c4_count * 8);
+  void *memory = block(size);
+  const thrum_model *set = NULL;
+  fuzz_check(thrum_model_parameters_get(model, values, &error), &error);
+  values[draw_index(draw, count)] *= draw_above(draw, 4);
+  if (thrum_model_set_parameters(memory, size, model, values, turn, work, &set, &error) >= 0)
+    fuzz_check(thrum_model_check(set, &error), &error);
+  fuzz_check(thrum_model_parameter_slope(model, draw_index(draw, count + 1), linear, c3, c4, mass,
+                                         work, &error),
+             &error);
+  free(work);
+  free(c3);
+  free(c4);
+  free(memory);
+}
+
+/* Derivatives by them. */
+static void derive_parameters(const thrum_model *model, thrum_tape *tape, const double *q_bar) {
+  double values[PARAMETERS_MOST];
+  thrum_parameter_parts *parts = NULL;
+  thrum_error error = {0};
+  fuzz_check(thrum_parameter_parts_create(model, &parts, &error), &error);
+  const int64_t count = thrum_parameter_parts_count(parts);
+  thrum_tape_gradient gradient = {
+      .parts = thrum_parameter_parts_list(parts), .part = values, .part_count = count};
+  if (count > 0 && count <= PARAMETERS_MOST)
+    fuzz_check(thrum_tape_pull_back(model, tape, q_bar, NULL, &gradient, &error), &error);
+  thrum_parameter_parts_destroy(parts);
+}
+
 /* Backward and forward passes over what is on the tape. */
 static void derive_run(const thrum_model *model, thrum_tape *tape, fuzz_draw *draw) {
   const int64_t r = model->rank, rows = thrum_tape_steps(tape) + 1;
@@ -120,6 +163,7 @@ static void derive_run(const thrum_model *model, thrum_tape *tape, fuzz_draw *dr
   must_be_finite(thrum_tape_p(tape), rows * r);
   draw_vector(draw, rows * r, 1, q_bar);
   draw_vector(draw, rows * r, 1, p_bar);
+  derive_parameters(model, tape, q_bar);
   thrum_tape_gradient gradient = {.q = q, .p = p, .force = force, .damping = damping};
   thrum_error error = {0};
   thrum_status status = thrum_tape_pull_back(model, tape, q_bar, p_bar, &gradient, &error);
@@ -166,6 +210,7 @@ static void use_tape(const thrum_model *model, fuzz_draw *draw) {
 }
 
 static void use_rest(const thrum_model *model, fuzz_draw *draw) {
+  use_parameters(model, draw);
   const size_t r = (size_t)model->rank;
   double q[RANK_MOST], q_bar[RANK_MOST], force_bar[RANK_MOST], stiffness_bar = 0;
   double *work = block((r * (r + 3) + thrum_work_count(model)) * sizeof *work);

@@ -286,7 +286,7 @@ static void by_passes(const run *r, double *backward, double *forward) {
   double none[RANK] = {0};
   thrum_model form = r->other.model;
   form.omega2 = none;
-  const thrum_energy_part part = {r->linear, &form};
+  const thrum_energy_part part = {.linear = r->linear, .form = &form};
   double by_part = 0;
   thrum_tape_gradient g = {.q = q,
                            .p = p,

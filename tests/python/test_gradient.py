@@ -2,7 +2,7 @@
 import unittest
 
 import numpy as np
-from support import beam
+from support import beam, model_file
 
 import thrum
 
@@ -46,6 +46,29 @@ class Gradients(unittest.TestCase):
             names = {"damping_alpha": "alpha", "damping_beta": "beta"}
             q, p = run.push_forward(**{names.get(name, name): value for name, value in change.items()})
             self.assertAlmostEqual(((weights[0] * q).sum() + 0.01 * (weights[1] * p).sum()) / found, 1.0, 11)
+
+    def test_derivatives_by_moduli_and_density(self):
+        model = thrum.Model.load(model_file("parameters", "beam:6x1x1@1x0.15x0.15", fix="x<0.001", order=1, modes=3, rank=6,
+                                            parameters=True))
+        values = model.parameters
+        np.testing.assert_allclose(model.with_parameters(values * [1.1, 1.1, 1.0]).omega2, 1.1 * np.array(model.omega2), 1e-9)
+
+        # a pull at the tip from rest, seen at the tip
+        def run(body, parameters=False):
+            tip = body.external_load((0, 0, 1), group="tip")
+            q_bar = np.zeros((STEPS + 1, body.rank))
+            q_bar[-1] = tip
+            return thrum.value_and_gradient(lambda q, p: (tip @ q[-1], q_bar, None), body, STEPS, force=np.tile(40 * tip, (STEPS, 1)),
+                                            dt=0.004, tolerance=1e-14, parameters=parameters)
+
+        found = run(model, True)[1].parameters
+        for n in range(3):
+            by = np.zeros((1, 3))
+            by[0, n] = 1e-4 * values[0, n]
+            differences = (run(model.with_parameters(values + by))[0] - run(model.with_parameters(values - by))[0]) / (2 * by[0, n])
+            self.assertAlmostEqual(found[0, n] / differences, 1.0, 5)
+        with self.assertRaises(thrum.Unsupported):
+            run(beam(), True)
 
     def test_a_run_is_that_of_a_state(self):
         model = beam()
