@@ -22,7 +22,7 @@ _thrum() {
   'precompute --check') words='auto search inertia' ;;
   'precompute --solver') words='auto factor cg' ;;
   'precompute --law') words='stvk corotational neo-hookean' ;;
-  'precompute '*) words=' --output --fix --spring --young --poisson --density --material --scale --unit --regions --order --modes --rank --selection --mass --quadrature-order --precision --check --solver --handles --touch --touch-stepped --condense --law --cubature --cubature-error --cubature-points --cubature-range --cubature-refine --yield --train --test --by-share --error --rank-max --train-time --train-dt --train-damping --keep-runs --list-jobs --job --collect --import-basis --import-cubic --export-modes --threads --dry-run --memory --reproducible --options --json --quiet --help --help-all' ;;
+  'precompute '*) words=' --output --fix --spring --young --poisson --density --material --scale --unit --regions --order --modes --rank --selection --mass --quadrature-order --precision --check --solver --handles --touch --touch-stepped --condense --parameters --law --cubature --cubature-error --cubature-points --cubature-range --cubature-refine --yield --train --test --by-share --error --rank-max --train-time --train-dt --train-damping --keep-runs --list-jobs --job --collect --import-basis --import-cubic --export-modes --threads --dry-run --memory --reproducible --options --json --quiet --help --help-all' ;;
   'mesh --tool') words='gmsh tetgen' ;;
   'mesh '*) words='--output --size --scale --order --tool --verbose --json --quiet --help' ;;
   'check '*) words='--scale --unit --regions --order --json --help' ;;
