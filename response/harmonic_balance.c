@@ -45,6 +45,11 @@ void thrum_balance_lay(thrum_balance *b, bool pulls, thrum_room *room) {
 }
 
 void thrum_balance_fill(thrum_balance *b) {
+  // a backbone has no load, and nobody else writes it there
+  memset(b->load, 0, (size_t)(LOAD_PARTS * b->rank) * sizeof *b->load);
+  if (b->pull != NULL)
+    memset(b->pull, 0, (size_t)(LOAD_PARTS * b->rank * b->rank) * sizeof *b->pull);
+
   // the angle is reduced first, so that the tables are as exact at high harmonics
   for (int64_t m = 0; m <= 2 * b->harmonics; m++)
     for (int64_t s = 0; s < b->samples; s++) {

@@ -19,7 +19,7 @@ static inline void *block(size_t size) {
   void *memory = NULL;
   if (posix_memalign(&memory, 64, size > 0 ? size : 1) != 0)
     abort();
-  memset(memory, 0xa5, size);
+  memset(memory, 0xff, size);
   return memory;
 }
 

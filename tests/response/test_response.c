@@ -44,7 +44,7 @@ static curve *follow(const thrum_model *model, const thrum_response_def *def) {
   if (thrum_response_size(model, def, &size, &error) != THRUM_OK)
     fail_msg("%s", error.message);
   void *memory = aligned_alloc(64, size);
-  memset(memory, 0xa5, size);
+  memset(memory, 0xff, size);
   if (thrum_response(model, def, NULL, memory, size, keep, c, &c->report, &error) != THRUM_OK)
     fail_msg("%s", error.message);
   free(memory);

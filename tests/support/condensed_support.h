@@ -16,7 +16,7 @@ static inline void *condense(const thrum_model *model, int64_t masters,
     fail_msg("%s", error.message);
   void *memory = aligned_alloc(64, size);
   assert_non_null(memory);
-  memset(memory, 0xa5, size);
+  memset(memory, 0xff, size);
   if (thrum_model_condense(memory, size, model, masters, condensed, &error) != THRUM_OK)
     fail_msg("%s", error.message);
   return memory;

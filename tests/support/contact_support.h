@@ -57,7 +57,7 @@ static inline thrum_contact *contact_make(const thrum_model *model, const thrum_
     fail_msg("%s", error.message);
   void *memory = aligned_alloc(64, size);
   assert_non_null(memory);
-  memset(memory, 0xa5, size);
+  memset(memory, 0xff, size);
   thrum_contact *contact = NULL;
   if (thrum_contact_init(memory, size, model, state, def, &contact, &error) != THRUM_OK)
     fail_msg("%s", error.message);

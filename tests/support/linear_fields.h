@@ -67,7 +67,7 @@ static inline const thrum_stress_points *stress_points_make(const thrum_model *m
     fail_msg("%s", error.message);
   void *memory = aligned_alloc(64, size);
   assert_non_null(memory);
-  memset(memory, 0xa5, size);
+  memset(memory, 0xff, size);
   const thrum_stress_points *stress_points = NULL;
   if (thrum_stress_points_init(memory, size, model, &def, &stress_points, &error) != THRUM_OK)
     fail_msg("%s", error.message);

@@ -46,7 +46,7 @@ static inline thrum_state *state_make(const thrum_model *model, const thrum_stat
     fail_msg("%s", error.message);
   void *memory = aligned_alloc(64, size);
   assert_non_null(memory);
-  memset(memory, 0xa5, size);
+  memset(memory, 0xff, size);
   thrum_state *state = NULL;
   if (thrum_state_init(memory, size, model, def, &state, &error) != THRUM_OK)
     fail_msg("%s", error.message);

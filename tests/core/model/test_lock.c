@@ -13,7 +13,7 @@ static void *lock_model(const thrum_model *model, int64_t rank, const thrum_mode
     fail_msg("%s", error.message);
   void *memory = aligned_alloc(64, size);
   assert_non_null(memory);
-  memset(memory, 0xa5, size);
+  memset(memory, 0xff, size);
   if (thrum_model_lock(memory, size, model, rank, lower, &error) != THRUM_OK)
     fail_msg("%s", error.message);
   return memory;

@@ -21,7 +21,7 @@ static void *scale_model(const thrum_model *model, const thrum_model_scaling *by
   size = (size + 63) / 64 * 64;
   void *memory = aligned_alloc(64, size);
   assert_non_null(memory);
-  memset(memory, 0xa5, size);
+  memset(memory, 0xff, size);
   if (thrum_model_scale(memory, size, model, by, scaled, &error) != THRUM_OK)
     fail_msg("%s", error.message);
   return memory;

@@ -76,7 +76,7 @@ static void a_locked_model_has_none(void **context) {
   const double rates[2] = {1, 1};
   m.model.damping = rates;
   void *memory = aligned_alloc(64, size);
-  memset(memory, 0xa5, size);
+  memset(memory, 0xff, size);
   const thrum_model *locked = &lower;
   assert_int_equal(thrum_model_lock(memory, size, &m.model, 1, &locked, NULL), THRUM_OK);
   assert_null(locked->damping);

@@ -13,7 +13,7 @@ static const thrum_monitor *monitor_make(const thrum_model *model, const thrum_m
     fail_msg("%s", error.message);
   void *memory = aligned_alloc(64, size);
   assert_non_null(memory);
-  memset(memory, 0xa5, size);
+  memset(memory, 0xff, size);
   const thrum_monitor *monitor = NULL;
   if (thrum_monitor_init(memory, size, model, def, &monitor, &error) != THRUM_OK)
     fail_msg("%s", error.message);

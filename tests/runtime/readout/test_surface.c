@@ -18,7 +18,7 @@ static const thrum_surface *surface_make(const thrum_model *model, const thrum_s
     fail_msg("%s", error.message);
   void *memory = aligned_alloc(64, size);
   assert_non_null(memory);
-  memset(memory, 0xa5, size);
+  memset(memory, 0xff, size);
   const thrum_surface *surface = NULL;
   if (thrum_surface_init(memory, size, model, def, &surface, &error) != THRUM_OK)
     fail_msg("%s", error.message);

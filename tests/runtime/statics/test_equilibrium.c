@@ -38,7 +38,7 @@ static answer solve_seen(const thrum_model *model, const thrum_equilibrium_def *
   assert_int_equal(thrum_equilibrium_size(model, &size, NULL), THRUM_OK);
   void *workspace = aligned_alloc(64, size);
   assert_non_null(workspace);
-  memset(workspace, 0xa5, size);
+  memset(workspace, 0xff, size);
   found.status = thrum_equilibrium(model, def, load, q, found.mode, workspace, size,
                                    all ? see : NULL, all, &found.report, &found.error);
   free(workspace);
