@@ -156,10 +156,11 @@ static const config_option options[] = {
                  .value = "N", .repeats = true, .take = take_start, CONFIG_RANGE(1, 1000000)),
 
     OPTION_COUNT(
-        "check", "0",
+        "check", "3, or as many as take some seconds",
         "step the unreduced mesh for a period from so many motions of the curve, and say how "
         "far it ends from where it began",
         AT(check), CONFIG_RANGE(0, 16)),
+    OPTION_FLAG("no-check", "do not step the mesh", AT(no_check)),
     OPTION_WORD("check-error", "E", "5%", "by which it may miss, of its largest displacement",
                 .take = take_check_error, .wants = "a number up to 1, or a percentage"),
     OPTION_FILE(response_request),
@@ -221,10 +222,16 @@ int response_options_read(int argc, char **argv, response_request *request) {
   request->tolerance = usual.tolerance;
   request->points_max = usual.points;
   request->stability = true;
+  request->check = -1;
   request->check_error = CHECK_ERROR;
   request->followers = true;
   CONFIG_TRY(config_options_read_one(&command_response, "model", argc, argv, request,
                                      &request->model_path));
+
+  if (request->no_check && request->check > 0)
+    return config_usage("response", "--check and --no-check exclude each other");
+  if (request->no_check)
+    request->check = 0;
 
   // a curve is free or forced
   bool swings = false;

@@ -26,7 +26,8 @@ typedef struct response_request {
   bool followers;  /* what follows has inertia and damping */
   int64_t *starts; /* 1-based points whose state is written */
   int64_t start_count;
-  int64_t check;      /* motions that the mesh is stepped on; 0: none */
+  int64_t check; /* motions that the mesh is stepped on; 0: none; -1: as its size allows */
+  bool no_check;
   double check_error; /* by which they may miss */
   bool json, quiet;
   config_file file; /* of --options; the texts above may point into it */

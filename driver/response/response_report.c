@@ -10,6 +10,7 @@
 #include "core/base/pi.h"
 #include "io/json.h"
 
+#define TWIN 1e-3        /* of a frequency: modes that near are one pair */
 #define TAIL_WARNED 1e-3 /* of the kinetic energy in the last two harmonics */
 
 const char *response_status_name(const response_curve *curve, const response_worth *worth) {
@@ -112,6 +113,7 @@ static void add_worth(const response_curve *c, const response_worth *worth, cJSO
     json_number(item, "missed", point->mesh);
     json_number(item, "missed_by_model", point->model);
   }
+  cJSON_AddBoolToObject(object, "check_left_out", worth->left_out);
   json_number(object, "check_seconds", worth->seconds);
 }
 
@@ -215,12 +217,29 @@ void response_report_table(const response_curve *curve, const response_worth *wo
     printf("files        %s\n", request->output);
 }
 
+/* A mode of the frequency of another; -1: there is none. */
+static int64_t twin_of(const thrum_model *model, int64_t mode) {
+  for (int64_t i = 0; mode >= 0 && i < model->rank; i++)
+    if (i != mode && fabs(sqrt(model->omega2[i] / model->omega2[mode]) - 1) < TWIN)
+      return i;
+  return -1;
+}
+
 void response_report_warn(const response_curve *curve, const response_worth *worth) {
   const response_request *request = curve->request;
   const double last = hertz(curve->rows[curve->count - 1].point.omega);
   if (request->mode == 0 && !damping_spec_given(&request->damping))
     config_warn("nothing damps the body: the resonance has no end, and the curve follows it out of "
                 "the range; give --damping-ratio or --q");
+  const int64_t mode = request->mode - 1, twin = twin_of(curve->stepped, mode);
+  if (twin >= 0)
+    config_warn("modes %lld and %lld have one frequency to a thousandth: any mix of them begins at "
+                "rest, and which backbone is followed may differ with rounding; hold the other, or "
+                "take a load",
+                (long long)mode + 1, (long long)twin + 1);
+  if (worth->left_out)
+    config_warn("the mesh is large, so nobody looked whether it follows these orbits: --check 1 "
+                "does (--no-check is silent)");
   if (worth->count > 0 && !(worth->largest <= request->check_error))
     config_warn("the mesh misses an orbit by %.2g %% in a period: take more --modes with all their "
                 "derivatives, or --condense none",

@@ -9,6 +9,7 @@
 #include <string.h>
 
 #include "config/progress.h"
+#include "core/base/model_law.h"
 #include "core/base/pi.h"
 #include "platform/allocate.h"
 #include "platform/clock.h"
@@ -16,7 +17,9 @@
 #include "precompute/full/full.h"
 #include "thrum/thrum.h"
 
-#define STEPS 120 /* of a period: their own error is near 1e-4 */
+#define STEPS 120      /* of a period: their own error is near 1e-4 */
+#define USUAL 3        /* motions where the request leaves it open, */
+#define USUAL_WORK 6e3 /* while they have so many points of tetrahedra together, or one has */
 
 typedef struct mesh_run {
   const response_curve *curve;
@@ -124,6 +127,7 @@ static thrum_status look_at(mesh_run *run, int64_t row, response_worth_point *po
   *point = (response_worth_point){.row = row};
   thrum_full_def full = thrum_default_full_def();
   full.dt = dt;
+  full.law = thrum_law_of_model(c->shape);
   full.damping_alpha = by_mode ? c->rates[0] : damping->alpha;
   full.damping_beta = by_mode ? 0 : damping->beta;
   thrum_full *body = NULL;
@@ -166,10 +170,30 @@ static int64_t choose_rows(const response_curve *c, int64_t wanted, int64_t *row
   return count;
 }
 
+/* Points at which the mesh sums its forces, about: 14 a tetrahedron of ten nodes weigh as one. */
+static double work_of(const thrum_model *shape) {
+  const double linear = 1.0 / 14;
+  return (double)shape->tet_count * (shape->midsides != NULL ? 1 : linear);
+}
+
+/* Motions that are looked at; where the request leaves it open, as many as take some seconds. */
+static int64_t wanted_of(const response_curve *curve) {
+  const thrum_model *shape = curve->shape;
+  const int64_t wanted = curve->request->check;
+  if (wanted >= 0)
+    return wanted;
+  if (shape->basis == NULL || shape->vertices == NULL || curve->count == 0)
+    return 0;
+  const double most = USUAL_WORK / fmax(1, work_of(shape));
+  return most >= USUAL ? USUAL : (int64_t)most;
+}
+
 thrum_status response_worth_find(const response_curve *curve, response_worth *worth,
                                  thrum_error *error) {
   *worth = (response_worth){0};
-  if (curve->request->check == 0)
+  const int64_t wanted = wanted_of(curve);
+  worth->left_out = wanted == 0 && curve->request->check < 0 && curve->shape->basis != NULL;
+  if (wanted == 0)
     return THRUM_OK;
   if (curve->shape->basis == NULL || curve->shape->vertices == NULL)
     return thrum_error_set(error, THRUM_MISSING, "--check: the model has no mesh");
@@ -182,13 +206,19 @@ thrum_status response_worth_find(const response_curve *curve, response_worth *wo
 
   // one orbit after the other
   int64_t rows[RESPONSE_WORTH_MOST];
-  const int64_t count = choose_rows(curve, curve->request->check, rows);
+  const int64_t count = choose_rows(curve, wanted, rows);
   config_progress progress = config_progress_make(curve->request->quiet);
   const double began = clock_seconds();
   thrum_status status = THRUM_OK;
   for (int64_t n = 0; n < count && status >= 0 && !thrum_stop_requested(); n++) {
     config_progress_update(&progress, "orbits of the mesh", (double)n / (double)count);
     status = look_at(&run, rows[n], &worth->points[worth->count], error);
+
+    // a mesh that cannot take the steps does not follow the orbit
+    if (status == THRUM_NOT_CONVERGED) {
+      worth->points[worth->count].mesh = INFINITY;
+      status = THRUM_OK;
+    }
     if (status < 0)
       break;
     worth->largest = fmax(worth->largest, worth->points[worth->count++].mesh);

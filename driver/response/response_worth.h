@@ -18,12 +18,13 @@ typedef struct response_worth_point {
 typedef struct response_worth {
   response_worth_point points[RESPONSE_WORTH_MOST];
   int64_t count;
+  bool left_out;  /* the mesh is so large that nobody asked for it */
   double largest; /* of the mesh */
   double seconds;
 } response_worth;
 
-/* Looks at as many stable motions of the curve as the request asks for: the largest one, and others
- * evenly between both ends. */
+/* Looks at as many stable motions of the curve as the request asks for, or the size of the mesh
+ * allows: the largest one, and others evenly between both ends. */
 thrum_status response_worth_find(const response_curve *curve, response_worth *worth,
                                  thrum_error *error);
 

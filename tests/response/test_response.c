@@ -6,6 +6,12 @@
 
 #include "thrum/response.h"
 
+/* A sweep: its steps, its rate, how long it rests before, and where jumps are over. */
+#define SWEEP_DT 0.02
+#define SWEEP_RATE 1e-5
+#define SWEEP_REST 400
+#define SWEEP_LATE 0.015
+
 enum { POINTS_MAX = 4000, NUMBERS_MAX = 400 };
 
 /* A curve as it was visited. */
@@ -513,8 +519,104 @@ static void bad_input_is_refused(void **context) {
   refused(&o.model, &good, THRUM_MISSING, "polynomial");
 }
 
+/* A force F sin(phase) of which the frequency goes from one to another, slowly; the largest |q| of
+ * the last period at each of the frequencies asked for, passed in order. */
+static void sweep(const duffing *o, double from, double to, int count, const double *at,
+                  double *largest) {
+  thrum_model damped = o->model;
+  damped.damping = &o->d;
+  thrum_state_def def = thrum_default_state_def();
+  def.dt = SWEEP_DT;
+  def.frequency_matched = 0;
+  thrum_state *state = NULL;
+  assert_int_equal(thrum_state_create(&damped, &def, &state, NULL), THRUM_OK);
+
+  // the phase is the integral of the frequency, which rests until the start has died away
+  double phase = 0, peak = 0, omega = from, before = 0, seen = 0;
+  int done = 0;
+  for (int step = 0; done < count; step++) {
+    double q = 0;
+    const double h = def.dt, rate = (to - from) / fabs(to - from) * SWEEP_RATE;
+    omega += step * h < SWEEP_REST ? 0 : rate * h;
+    const double turned = omega * h;
+    const double force = o->force * (cos(phase) - cos(phase + turned)) / turned;
+    assert_int_equal(thrum_state_set_force(&damped, state, &force, NULL), THRUM_OK);
+    assert_int_equal(thrum_step(&damped, state, NULL), THRUM_OK);
+    assert_int_equal(thrum_state_get(&damped, state, &q, NULL, NULL), THRUM_OK);
+    phase += turned;
+
+    // the greatest of a parabola through three steps is that between them
+    if (seen > before && seen >= q) {
+      const double bend = before - 2 * seen + q, slope = 0.5 * (q - before);
+      peak = seen - 0.5 * slope * slope / bend;
+    }
+    before = seen;
+    seen = q;
+    if ((omega - at[done]) * rate >= 0)
+      largest[done++] = peak;
+  }
+  thrum_state_destroy(state);
+}
+
+/* The greatest displacement of the stable motion of a curve at a frequency, the larger or smaller
+ * of two. */
+static double greatest_at(const curve *c, int harmonics, double omega, bool upper) {
+  double found = upper ? 0 : INFINITY;
+  for (int n = 1; n < c->count; n++) {
+    const thrum_response_point *a = &c->points[n - 1], *b = &c->points[n];
+    if ((a->omega - omega) * (b->omega - omega) > 0 || a->unstable > 0 || b->unstable > 0)
+      continue;
+    double greatest = 0;
+    const double share = (omega - a->omega) / (b->omega - a->omega);
+    for (int s = 0; s < 2000; s++) {
+      double q[2];
+      for (int end = 0; end < 2; end++)
+        thrum_response_at(1, harmonics, 1, 2 * pi * s / 2000, c->coefficients[n - 1 + end], &q[end],
+                          NULL);
+      greatest = fmax(greatest, q[0] + share * (q[1] - q[0]));
+    }
+    found = upper ? fmax(found, greatest) : fmin(found, greatest);
+  }
+  return found;
+}
+
+static void a_slow_sweep_follows_the_stable_branch_and_jumps_at_the_folds(void **context) {
+  (void)context;
+  duffing o;
+  duffing_make(&o, 1, 1, 0.04, 0.05);
+  thrum_response_def def = thrum_default_response_def();
+  def.from = 0.8;
+  def.to = 1.8;
+  def.harmonics = 7;
+  def.step = 0.005;
+  def.damping = &o.d;
+  def.load_sine = &o.force;
+  curve *c = follow(&o.model, &def);
+  double folds[2];
+  int count = 0;
+  for (int n = 0; n < c->count && count < 2; n++)
+    if (c->points[n].kind == THRUM_RESPONSE_FOLD)
+      folds[count++] = c->points[n].omega;
+  assert_int_equal(count, 2);
+  assert_true(folds[0] > folds[1] + 0.1);
+
+  // up along the upper branch past the first fold, and down along the lower one past the second
+  const double up[3] = {folds[1] + 0.02, folds[0] - 0.02, folds[0] + SWEEP_LATE};
+  const double down[3] = {folds[0] - 0.02, folds[1] + 0.06, folds[1] - SWEEP_LATE};
+  const bool upper_up[3] = {true, true, false}, upper_down[3] = {false, false, true};
+  double found[3];
+  sweep(&o, folds[1] - 0.03, 1.8, 3, up, found);
+  for (int n = 0; n < 3; n++)
+    assert_true(fabs(found[n] / greatest_at(c, 7, up[n], upper_up[n]) - 1) < 1e-3);
+  sweep(&o, folds[0] + 0.03, 0.8, 3, down, found);
+  for (int n = 0; n < 3; n++)
+    assert_true(fabs(found[n] / greatest_at(c, 7, down[n], upper_down[n]) - 1) < 1e-3);
+  free(c);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
+      cmocka_unit_test(a_slow_sweep_follows_the_stable_branch_and_jumps_at_the_folds),
       cmocka_unit_test(duffings_backbone_is_that_of_elliptic_functions),
       cmocka_unit_test(duffings_forced_curve_and_folds_are_those_of_the_closed_form),
       cmocka_unit_test(motions_between_the_folds_are_unstable_and_no_others),
