@@ -30,6 +30,9 @@
 #define OUTSIDE                                                                                    \
   1e-6 /* a multiplier further out than so much is unstable: rounding moves pairs of them */
 
+#define DOUBLINGS 6 /* of the steps, at finding whether what is unstable stays so */
+#define AGREE 0.1   /* of its growth: so near are two that agree */
+
 /* Places c and weights a of the method, and what follows of them. */
 static const double root = 0.28867513459481288225; /* sqrt(3) / 6 */
 #define C1 (0.5 - root)
@@ -43,8 +46,8 @@ static double stage_square(int i, int j) {
 
 void thrum_floquet_lay(thrum_floquet *f, thrum_room *room) {
   const int64_t r = f->balance->rank, h = f->balance->harmonics;
-  f->cosines = thrum_room_take(room, 2 * f->steps * h);
-  f->sines = thrum_room_take(room, 2 * f->steps * h);
+  f->cosines = thrum_room_take(room, h);
+  f->sines = thrum_room_take(room, h);
   f->motion = thrum_room_take(room, 4 * r * r);
   f->system = thrum_room_take(room, 4 * r * r);
   f->rates = thrum_room_take(room, 4 * r * r);
@@ -57,23 +60,21 @@ void thrum_floquet_lay(thrum_floquet *f, thrum_room *room) {
   f->columns = (int32_t *)(void *)thrum_room_take(room, r + 1);
 }
 
-void thrum_floquet_fill(thrum_floquet *f) {
-  const int64_t h = f->balance->harmonics;
-  for (int64_t place = 0; place < 2 * f->steps; place++) {
-    const double at = (double)(place / 2) + (place % 2 == 0 ? C1 : C2);
-    for (int64_t k = 1; k <= h; k++) {
-      const double turns = fmod((double)k * at / (double)f->steps, 1);
-      f->cosines[place * h + k - 1] = cos(THRUM_TWO_PI * turns);
-      f->sines[place * h + k - 1] = sin(THRUM_TWO_PI * turns);
-    }
+/* The harmonics at a place of Gauss. */
+static void put_waves(thrum_floquet *f, int64_t place) {
+  const double at = (double)(place / 2) + (place % 2 == 0 ? C1 : C2);
+  for (int64_t k = 1; k <= f->balance->harmonics; k++) {
+    const double turns = fmod((double)k * at / (double)f->steps, 1);
+    f->cosines[k - 1] = cos(THRUM_TWO_PI * turns);
+    f->sines[k - 1] = sin(THRUM_TWO_PI * turns);
   }
 }
 
-/* Place, velocity and acceleration at a place of Gauss, in f->q. */
-static void motion_at(thrum_floquet *f, const thrum_place *of, int64_t place) {
+/* Place, velocity and acceleration at these harmonics, in f->q. */
+static void motion_at(thrum_floquet *f, const thrum_place *of) {
   const thrum_balance *b = f->balance;
-  const int64_t r = b->rank, h = b->harmonics;
-  const double *cosines = f->cosines + place * h, *sines = f->sines + place * h;
+  const int64_t r = b->rank;
+  const double *cosines = f->cosines, *sines = f->sines;
   double *velocity = f->q + r, *bend = velocity + r;
   memset(f->q, 0, (size_t)(4 * r) * sizeof *f->q);
   memcpy(f->q, of->x, (size_t)r * sizeof *f->q);
@@ -101,11 +102,12 @@ static void scale(int64_t count, double by, double *numbers) {
  * changes with q; and by velocity, over Omega, and acceleration, where slaves have inertia. */
 static void matrices_at(thrum_floquet *f, const thrum_place *of, int64_t place, int stage) {
   thrum_balance *b = f->balance;
-  const int64_t r = b->rank, h = b->harmonics, square = r * r;
+  const int64_t r = b->rank, square = r * r;
   double *tangent = f->tangents + stage * square, loss = 0;
-  motion_at(f, of, place);
+  put_waves(f, place);
+  motion_at(f, of);
   thrum_tangent_stiffness(b->model, f->q, tangent, b->work);
-  const double parts[LOAD_PARTS] = {1, f->cosines[place * h], f->sines[place * h]};
+  const double parts[LOAD_PARTS] = {1, *f->cosines, *f->sines};
   for (int part = 0; b->pull != NULL && part < LOAD_PARTS; part++)
     for (int64_t e = 0; e < square; e++)
       tangent[e] -= parts[part] * b->pull[part * square + e];
@@ -188,17 +190,6 @@ static bool step(thrum_floquet *f, const thrum_place *of, int64_t index) {
   return true;
 }
 
-bool thrum_floquet_solve(thrum_floquet *f, const thrum_place *place) {
-  const int64_t n = 2 * f->balance->rank;
-  memset(f->motion, 0, (size_t)(n * n) * sizeof *f->motion);
-  for (int64_t i = 0; i < n; i++)
-    f->motion[i * n + i] = 1;
-  for (int64_t index = 0; index < f->steps; index++)
-    if (!step(f, place, index))
-      return false;
-  return thrum_eigenvalues(f->motion, n, f->values);
-}
-
 /* Distance of a multiplier from 1. */
 static double from_one(const double *value) {
   return thrum_magnitude(value[0] - 1, value[1]);
@@ -241,4 +232,47 @@ thrum_response_kind thrum_floquet_crossing(const thrum_floquet *f) {
                           : THRUM_RESPONSE_PERIOD_DOUBLING;
   }
   return kind;
+}
+
+/* Multipliers by f->steps steps. */
+static bool solve_by_steps(thrum_floquet *f, const thrum_place *place) {
+  const int64_t n = 2 * f->balance->rank;
+  memset(f->motion, 0, (size_t)(n * n) * sizeof *f->motion);
+  for (int64_t i = 0; i < n; i++)
+    f->motion[i * n + i] = 1;
+  for (int64_t index = 0; index < f->steps; index++)
+    if (!step(f, place, index))
+      return false;
+  return thrum_eigenvalues(f->motion, n, f->values);
+}
+
+/* How fast what is unstable grows: the sum of the logarithms of its multipliers. */
+static double growth(const thrum_floquet *f) {
+  int64_t own[2];
+  double sum = 0;
+  find_own(f, own);
+  for (int64_t i = 0; i < 2 * f->balance->rank; i++)
+    if (i != own[0] && i != own[1])
+      sum += log(fmax(thrum_magnitude(f->values[2 * i], f->values[2 * i + 1]), 1));
+  return sum;
+}
+
+/* Steps in which a high mode turns far pump it, where their frequency meets that of the motion. So
+ * what is unstable is believed where twice the steps find it as fast. */
+bool thrum_floquet_solve(thrum_floquet *f, const thrum_place *place) {
+  f->steps = f->steps_least;
+  if (!solve_by_steps(f, place))
+    return false;
+  int32_t unstable = thrum_floquet_unstable(f);
+  for (int n = 0; n < DOUBLINGS && unstable > 0; n++) {
+    const int32_t before = unstable;
+    const double fast = growth(f);
+    f->steps *= 2;
+    if (!solve_by_steps(f, place))
+      return false;
+    unstable = thrum_floquet_unstable(f);
+    if (unstable == before && fabs(growth(f) - fast) < AGREE * fast + OUTSIDE)
+      return true;
+  }
+  return unstable == 0;
 }

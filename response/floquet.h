@@ -7,23 +7,23 @@
 
 typedef struct thrum_floquet {
   thrum_balance *balance;
-  int64_t steps;
-  double *cosines, *sines; /* 2 steps x H: of the motion at the places of Gauss */
-  double *motion;          /* 2 rank x 2 rank: perturbations and their rates, by column */
-  double *system, *rates;  /* 2 rank x 2 rank */
-  double *tangents;        /* 2 x rank x rank */
-  double *drag, *inertia;  /* the same of velocities and accelerations, where slaves have inertia */
-  double *product;         /* rank x 2 rank */
-  double *values;          /* 2 rank pairs */
-  double *q;               /* 4 rank: place, velocity, acceleration, force */
-  int32_t *columns;        /* 2 rank */
+  int64_t steps_least, steps; /* of a period: first, and in use */
+  double *cosines, *sines;    /* H, at a place of Gauss */
+  double *motion;             /* 2 rank x 2 rank: perturbations and their rates, by column */
+  double *system, *rates;     /* 2 rank x 2 rank */
+  double *tangents;           /* 2 x rank x rank */
+  double *drag, *inertia; /* the same of velocities and accelerations, where slaves have inertia */
+  double *product;        /* rank x 2 rank */
+  double *values;         /* 2 rank pairs */
+  double *q;              /* 4 rank: place, velocity, acceleration, force */
+  int32_t *columns;       /* 2 rank */
 } thrum_floquet;
 
-/* Takes room for the arrays, and fills the tables. */
+/* Takes room for the arrays. */
 void thrum_floquet_lay(thrum_floquet *f, thrum_room *room);
-void thrum_floquet_fill(thrum_floquet *f);
 
-/* The multipliers of the motion, in f->values. False where they are not found. */
+/* The multipliers of the motion, in f->values. False where they are not found, or depend on the
+ * steps. */
 bool thrum_floquet_solve(thrum_floquet *f, const thrum_place *place);
 
 /* How many are outside of the unit circle, of the last motion; of a free one without the two that

@@ -196,11 +196,11 @@ static void lay(curve *c, const thrum_model *model, const thrum_response_def *de
   c->corrector = (thrum_corrector){.balance = &c->balance, .tolerance = def->tolerance};
   thrum_corrector_lay(&c->corrector, room);
 
-  // the tables of stability are those of its steps
+  // stability
   const int64_t steps = STABILITY_STEPS_EACH * h;
-  c->floquet = (thrum_floquet){.balance = &c->balance, .steps = def->stability_steps};
+  c->floquet = (thrum_floquet){.balance = &c->balance, .steps_least = def->stability_steps};
   if (def->stability_steps == 0)
-    c->floquet.steps = steps > STABILITY_STEPS_LEAST ? steps : STABILITY_STEPS_LEAST;
+    c->floquet.steps_least = steps > STABILITY_STEPS_LEAST ? steps : STABILITY_STEPS_LEAST;
   if (def->stability != 0)
     thrum_floquet_lay(&c->floquet, room);
 
@@ -698,8 +698,6 @@ thrum_status thrum_response(const thrum_model *model, const thrum_response_def *
   thrum_balance_fill(&c->balance);
   if (c->balance.slaves.count > 0)
     thrum_slave_inertia_fill(&c->balance.slaves, model);
-  if (def->stability != 0)
-    thrum_floquet_fill(&c->floquet);
   c->visit = visit;
   c->context = context;
   c->given = start != NULL;

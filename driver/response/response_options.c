@@ -140,8 +140,8 @@ static const config_option options[] = {
     OPTION_SWITCH("stability", "on", "whether each motion is stable, and where that changes",
                   AT(stability)),
     OPTION_COUNT("stability-steps", "6 a harmonic, and 48 at least",
-                 "steps a period in which that is found", AT(stability_steps),
-                 CONFIG_RANGE(1, 100000)),
+                 "steps a period in which that is found, more where something is unstable",
+                 AT(stability_steps), CONFIG_RANGE(1, 100000)),
     OPTION_NUMBER("step", NULL, "0.05",
                   "longest step along the curve, of the range of frequencies or of the largest "
                   "motion so far",

@@ -249,6 +249,13 @@ void response_report_warn(const response_curve *curve, const response_worth *wor
         "too few harmonics: the last two of %d have %.2g %% of the kinetic energy; take more "
         "--harmonics",
         (int)curve->harmonics, 100 * curve->report.tail);
+  int64_t open = 0;
+  for (int64_t n = 0; n < curve->count; n++)
+    open += curve->rows[n].point.unstable < 0;
+  if (open > 0 && request->stability)
+    config_warn("the stability of %" PRId64 " points depends on the steps: take more "
+                "--stability-steps",
+                open);
   if (curve->report.end == THRUM_RESPONSE_END_LOST)
     config_warn("the curve was lost at %.6g Hz: what was found before is kept", last);
   if (curve->report.end == THRUM_RESPONSE_END_POINTS)

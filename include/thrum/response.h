@@ -70,8 +70,9 @@ typedef struct thrum_response_def {
   /* 1: the stability of each point, and the places where it changes; 0: folds alone. Default 1. */
   int32_t stability;
 
-  /* Steps a period in which stability is found; 0, the default: 6 for each harmonic, and 48 at
-   * least. Larger: exponents are more accurate, by the fourth power. */
+  /* Steps a period in which stability is looked for; 0, the default: 6 for each harmonic, and 48 at
+   * least. Where a motion is unstable by them they are doubled until two find the same, six times
+   * at most. Larger: exponents are more accurate, by the fourth power. */
   int32_t stability_steps;
 
   /* 1: the slaves of a condensed model have inertia as they follow, and damping; 0: they have none,
@@ -141,7 +142,8 @@ typedef struct thrum_response_point {
   double arc;                 /* length of the curve up to here, in steps relative to 1 */
   const double *multipliers;  /* 2 rank Floquet multipliers, real and imaginary parts in turn, by
                                  falling  magnitude; NULL without stability */
-  int32_t unstable;           /* multipliers outside of the unit circle; -1: not looked at */
+  int32_t unstable;           /* multipliers outside of the unit circle; -1: not looked at, or not
+                                 found, as they depend on the steps */
   int32_t iterations;         /* that it took */
   thrum_response_kind kind;
 } thrum_response_point;

@@ -234,6 +234,34 @@ static void multipliers_of_a_linear_oscillator_are_exponentials(void **context) 
   free(c);
 }
 
+/* A mode of stiffness W^2 (1 + q_1^2 / 2) that turns many times in a step: where 48 of them meet
+ * the swing of the stiffness, at W = 700, they alone pump it. */
+static void modes_faster_than_the_steps_make_nothing_unstable(void **context) {
+  (void)context;
+  static const int32_t format[2] = {THRUM_MODEL_FORMAT_MAJOR, THRUM_MODEL_FORMAT_MINOR};
+  for (double fast = 600; fast < 810; fast += 50) {
+    const double omega2[2] = {4, fast * fast}, damping[2] = {0.01, 0.02 * fast}, load[2] = {3, 0};
+    const double c3[4] = {0}, c4[5] = {0, 0, fast * fast / 4, 0, 0};
+    const thrum_model model = {.rank = 2,
+                               .c3_count = 4,
+                               .c4_count = 5,
+                               .format = format,
+                               .omega2 = omega2,
+                               .c3 = c3,
+                               .c4 = c4};
+    thrum_response_def def = thrum_default_response_def();
+    def.from = 0.95;
+    def.to = 1.05;
+    def.step = 1;
+    def.damping = damping;
+    def.load_cosine = load;
+    curve *c = follow(&model, &def);
+    for (int n = 0; n < c->count; n++)
+      assert_int_equal(c->points[n].unstable, 0);
+    free(c);
+  }
+}
+
 /* A model of several modes, a load and damping for it. */
 typedef struct several {
   random_model m;
@@ -621,6 +649,7 @@ int main(void) {
       cmocka_unit_test(duffings_forced_curve_and_folds_are_those_of_the_closed_form),
       cmocka_unit_test(motions_between_the_folds_are_unstable_and_no_others),
       cmocka_unit_test(multipliers_of_a_linear_oscillator_are_exponentials),
+      cmocka_unit_test(modes_faster_than_the_steps_make_nothing_unstable),
       cmocka_unit_test(every_motion_balances_its_energy_and_solves_the_equation),
       cmocka_unit_test(the_curve_does_not_depend_on_its_steps),
       cmocka_unit_test(units_change_nothing),
