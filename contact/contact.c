@@ -228,7 +228,7 @@ void thrum_contact_reset(thrum_contact *contact) {
   const thrum_contact_view view = thrum_contact_view_of(contact);
   memset(view.pull_forces, 0, (size_t)contact->pull_max * 3 * sizeof(double));
   contact->touch_count = contact->row_count = contact->pull_count = 0;
-  contact->flow = contact->stored = contact->lost = contact->impact = 0.0;
+  contact->flow = contact->stored = contact->lost = contact->impact = contact->owed = 0.0;
   contact->driven = contact->granted = contact->pulled = 0.0;
   contact->depth = contact->normal = 0.0;
   contact->steps = contact->redone = contact->declined = 0;
@@ -257,7 +257,7 @@ thrum_contact_report thrum_contact_report_get(const thrum_contact *contact) {
   report.normal = contact->normal;
 
   // energies since init
-  report.stored = contact->stored;
+  report.stored = contact->stored + contact->owed;
   report.lost = contact->lost + contact->impact;
   report.driven = contact->driven;
   report.granted = contact->granted;

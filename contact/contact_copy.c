@@ -39,9 +39,9 @@ static bool are_numbers_right(const thrum_contact *header) {
     return false;
 
   // energies and forces
-  const double values[] = {header->flow,   header->stored,  header->lost,
-                           header->driven, header->granted, header->pulled,
-                           header->depth,  header->normal,  header->impact};
+  const double values[] = {header->flow,   header->stored,  header->lost,   header->owed,
+                           header->driven, header->granted, header->pulled, header->depth,
+                           header->normal, header->impact};
   return thrum_all_finite(values, sizeof values / sizeof values[0]) &&
          thrum_all_finite(header->moved, 3) && thrum_all_finite(header->force, 3) &&
          thrum_all_finite(header->turned, 3) && thrum_all_finite(header->torque, 3);

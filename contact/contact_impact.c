@@ -43,8 +43,7 @@ typedef struct means {
 
 /* --- bodies ----------------------------------------------------------------------------------- */
 
-/* The velocities of a body as it is now, and its inverse inertia. */
-static void look_at(thrum_contact_run *body) {
+void thrum_contact_look(thrum_contact_run *body) {
   thrum_impact_body *impact = &body->impact;
   const thrum_translation *way = body->environment->translation;
   const thrum_rigid_frame *frame = body->environment->rigid_frame;
@@ -98,7 +97,7 @@ static void open_bodies(const thrum_impact_rows *rows) {
       continue;
     memset(body->impact.passed, 0, sizeof body->impact.passed);
     body->impact.limit = limit_of(body);
-    look_at(body);
+    thrum_contact_look(body);
   }
 }
 
@@ -367,12 +366,13 @@ static double loss_of(const thrum_impact_place *at) {
   return -0.5 * (thrum_dot3(strike->impulse, strike->before) + thrum_dot3(strike->impulse, after));
 }
 
-/* Cuts all impulses so that the impact adds no energy: by rounding where e = 1, as a solve ends
- * within a tolerance. False where more than that would have to go.
+/* Cuts all impulses so that the impact adds no energy, or takes none where e = 1 without friction:
+ * by rounding, as a solve ends within a tolerance. False where more than that would have to go.
  *
  * With all impulses times s, the loss is s a - s^2 b / 2, a = -sum P v and b = sum P (v' - v). */
-static bool cut(const thrum_impact_rows *rows) {
+static bool cut(const thrum_impact_rows *rows, const means *by) {
   double a = 0.0, b = 0.0;
+  bool elastic = by->bounces;
   thrum_impact_place at;
 
   // the two sums over all rows of the impact
@@ -382,15 +382,16 @@ static bool cut(const thrum_impact_rows *rows) {
     if (strike->part == THRUM_NO_PART)
       continue;
     thrum_impact_velocity(&at, after);
+    elastic = elastic && at.row->restitution >= 1.0 && !(strike->friction > 0.0);
     a -= thrum_dot3(strike->impulse, strike->before);
     b += thrum_dot3(strike->impulse, after) - thrum_dot3(strike->impulse, strike->before);
   }
-  const double share = 2.0 * a >= b ? 1.0 : 2.0 * a / b;
-  if (!(share >= 1.0 - ROUNDING))
+  const double whole = 2.0 * a / b, share = whole < 1.0 || elastic ? whole : 1.0;
+  if (!(share >= (elastic ? 0.0 : 1.0 - ROUNDING)) || isinf(share))
     return false;
 
-  // less of each
-  for (thrum_impact_cursor n = {0, 0}; share < 1.0 && thrum_impact_next(rows, &n, &at);) {
+  // less of each, or more
+  for (thrum_impact_cursor n = {0, 0}; share != 1.0 && thrum_impact_next(rows, &n, &at);) {
     double less[3];
     for (int axis = 0; axis < 3; axis++)
       less[axis] = (share - 1.0) * at.row->strike.impulse[axis];
@@ -541,7 +542,7 @@ bool thrum_contact_strike(const thrum_impact_rows *rows) {
   pass_all(rows, time);
   for (int64_t n = 0; n < rows->count; n++)
     if (rows->runs[n].impact.taken)
-      look_at(rows->runs + n);
+      thrum_contact_look(rows->runs + n);
 
   // what gains energy asks for less: half of the friction and so on, none, at last no restitution
   bool allowed = false;
@@ -549,7 +550,7 @@ bool thrum_contact_strike(const thrum_impact_rows *rows) {
     const means by = {n <= HALVINGS ? ldexp(1.0, -n) : 0.0, n < HALVINGS + 2};
     fill_parts(rows, &by);
     solve(rows, fastest);
-    allowed = cut(rows);
+    allowed = cut(rows, &by);
   }
 
   // impulses, and back to the start of the step on the new ways

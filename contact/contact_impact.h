@@ -17,6 +17,9 @@ typedef struct thrum_impact_rows {
   bool early; /* impacts are made at the start of the step */
 } thrum_impact_rows;
 
+/* Fills the velocities of a body as it is now, and its inverse inertia; it has no impulse yet. */
+void thrum_contact_look(thrum_contact_run *body);
+
 /* Makes the first impact of the step, where there is one: changes velocities and places of the
  * bodies that it reaches, books its energy, and returns true. Then the step has to be predicted and
  * its rows found again. Rows have been found, and none has been solved. */

@@ -199,7 +199,7 @@ thrum_contact_pairs_report thrum_pairs_report_of(const thrum_pairs_history *hist
       .deepest = history->deepest,
       .deepest_share = history->deepest_share,
       .normal = history->normal,
-      .stored = history->stored,
+      .stored = history->stored + history->owed,
       .lost = history->lost,
       .driven = history->driven,
   };
@@ -264,11 +264,11 @@ thrum_status thrum_contact_pairs_copy_check(const thrum_contact_pairs *pairs, co
                            "the snapshot is of contact between bodies of another def");
 
   // what persists from step to step
-  const double values[] = {header.history.stored,        header.history.lost,
-                           header.history.flow,          header.history.budget,
-                           header.history.depth,         header.history.deepest,
-                           header.history.distance,      header.history.normal,
-                           header.history.deepest_share, header.history.driven};
+  const double values[] = {
+      header.history.stored,   header.history.lost,   header.history.flow,
+      header.history.budget,   header.history.depth,  header.history.deepest,
+      header.history.distance, header.history.normal, header.history.deepest_share,
+      header.history.driven,   header.history.owed};
   bool right =
       is_count(header.history.touch_count, header.touch_max) &&
       is_count(header.history.before_count, header.touch_max) &&

@@ -9,6 +9,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "contact/contact_elastic.h"
 #include "contact/contact_law.h"
 #include "contact/contact_pairs_private.h"
 #include "contact/contact_point.h"
@@ -75,7 +76,10 @@ static double measure(thrum_pairs_run *run) {
 
 bool thrum_pairs_allowed(thrum_pairs_run *run) {
   const thrum_row_list list = thrum_pairs_rows_of(run);
-  const double left = thrum_rows_stored(&list) + run->history->budget - measure(run);
+
+  // what is owed is no part of it, and impacts may have been booked in the other account
+  const double budget = thrum_pairs_is_elastic(run) ? 0.0 : run->history->budget;
+  const double left = thrum_rows_stored(&list) + budget - measure(run);
   const double flow = run->history->flow + run->flow + thrum_rows_flow(&list);
   return left >= -ROUNDING * flow;
 }
@@ -160,7 +164,33 @@ void thrum_pairs_list_impacts(thrum_contact_pairs *pairs, const thrum_pair_touch
     *thrum_pairs_impact_at(pairs, &view, history->struck++) = impacts[n];
 }
 
-void thrum_pairs_settle(thrum_pairs_run *run) {
+/* Is a body one of the group? Their numbers ascend. */
+static bool is_member(const thrum_pairs_run *run, int32_t number) {
+  int64_t from = 0, to = run->count;
+  while (from < to) {
+    const int64_t middle = from + (to - from) / 2;
+    if (run->members[middle].number < number)
+      from = middle + 1;
+    else
+      to = middle;
+  }
+  return from < run->count && run->members[from].number == number;
+}
+
+/* What the springs of the group held after the last step, those of touches that have ended too [J].
+ */
+static double held_before(const thrum_pairs_run *run) {
+  double sum = 0.0;
+  for (int64_t n = 0; n < run->history->before_count; n++) {
+    const thrum_pair_touching *touch = run->view.before + n;
+    if (touch->stored > 0.0 && is_member(run, touch->key.bodies[0]) &&
+        is_member(run, touch->key.bodies[1]))
+      sum += touch->stored;
+  }
+  return sum;
+}
+
+double thrum_pairs_settle(thrum_pairs_run *run) {
   thrum_pairs_history *history = run->history;
   const thrum_row_list list = thrum_pairs_rows_of(run);
   const double before = thrum_rows_stored(&list), work = work_of(run);
@@ -177,4 +207,5 @@ void thrum_pairs_settle(thrum_pairs_run *run) {
   for (int64_t n = 0; n < run->row_count; n++)
     history->driven += run->view.rows[n].row.driven;
   keep_touches(run);
+  return held_before(run) - work - stored;
 }

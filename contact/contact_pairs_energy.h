@@ -26,8 +26,8 @@ double thrum_pairs_share(double depth, double thickness);
 void thrum_pairs_list_impacts(thrum_contact_pairs *pairs, const thrum_pair_touching *impacts,
                               int64_t count);
 
-/* Books the energy and keeps the touches for the next step. After
- * thrum_pairs_allowed. */
-void thrum_pairs_settle(thrum_pairs_run *run);
+/* Books the energy and keeps the touches for the next step; returns what it lost [J], with what
+ * springs held of touches that have ended. After thrum_pairs_allowed. */
+double thrum_pairs_settle(thrum_pairs_run *run);
 
 #endif

@@ -187,6 +187,7 @@ typedef struct thrum_pairs_history {
   int64_t touch_count;  /* of the step that was made last, or is being made */
   int64_t before_count; /* of the step before it */
   double stored, lost, flow, budget, driven;
+  double owed; /* of touches that take none and have ended: it goes back in the next one [J] */
   double depth, deepest, deepest_share, distance, normal;
   int64_t steps, redone, declined, dropped, sweeps, impacts;
   int64_t struck; /* impacts of the step, at the end of the touches, backwards */

@@ -15,6 +15,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "contact/contact_elastic.h"
 #include "contact/contact_energy.h"
 #include "contact/contact_impact.h"
 #include "contact/contact_pairs_energy.h"
@@ -611,6 +612,20 @@ static bool rests_on_another(const thrum_pairs_run *run, int64_t member) {
   return rests;
 }
 
+/* Where bodies take no energy from each other, what the step lost in spite of it [J] goes back, or
+ * is owed until they touch again. */
+static void give_back(thrum_pairs_run *run, double lost) {
+  if (!thrum_pairs_is_elastic(run))
+    return;
+  thrum_pairs_history *history = run->history;
+  double driven = 0.0;
+  history->lost -= lost;
+  history->budget -= lost;
+  history->owed += lost;
+  history->owed -= thrum_pairs_give(run, history->owed, &driven);
+  history->driven += driven;
+}
+
 thrum_status thrum_pairs_begin_group(thrum_pairs_run *run, thrum_error *error) {
   thrum_status status = THRUM_OK;
   open_all(run, &status, error);
@@ -639,7 +654,7 @@ thrum_status thrum_pairs_step_group(thrum_pairs_run *run, const thrum_contact_li
     note_given_up(run, given_up);
 
   // books the energies, then moves each body as a whole
-  thrum_pairs_settle(run);
+  const double missing = thrum_pairs_settle(run);
   thrum_links_settle(run);
   run->history->impacts += run->impacts;
   for (int64_t n = 0; n < run->count; n++) {
@@ -656,6 +671,7 @@ thrum_status thrum_pairs_step_group(thrum_pairs_run *run, const thrum_contact_li
     if (status == THRUM_OK || (status > 0 && of > 0 && of < status))
       status = of;
   }
+  give_back(run, missing);
   return status;
 }
 
@@ -683,6 +699,7 @@ static void fill_group(const thrum_pairs_run *run, const thrum_pairs_history *be
                                  .first_struck = run->first_struck,
                                  .budget = did->budget - began->budget,
                                  .flow = did->flow - began->flow,
+                                 .owed = did->owed,
                                  .report = thrum_pairs_report_of(did)};
   group->report.struck = run->struck;
 }
@@ -705,6 +722,7 @@ thrum_status thrum_contact_pairs_step_beside(const thrum_contact_pairs *pairs,
   // the lost energy that rounding may draw on is shared, so that no order of groups matters
   const thrum_pairs_history began = {.before_count = pairs->history.before_count,
                                      .budget = pairs->history.budget / (double)group_count,
+                                     .owed = pairs->history.owed / (double)group_count,
                                      .flow = pairs->history.flow};
   thrum_pairs_history history = began;
   thrum_pairs_run run = {.pairs = room,
@@ -734,7 +752,8 @@ static void add_group(thrum_pairs_history *history, const thrum_contact_group *g
   history->impacts += did->impacts;
 
   // energies
-  history->stored += did->stored;
+  history->stored += did->stored - group->owed;
+  history->owed += group->owed;
   history->lost += did->lost;
   history->driven += did->driven;
   history->budget += group->budget;
@@ -756,6 +775,10 @@ void thrum_contact_pairs_gather(thrum_contact_pairs *pairs, const thrum_contact_
     return;
   const thrum_pairs_view view = thrum_pairs_view_of(pairs);
   thrum_pairs_history *history = &pairs->history;
+
+  // what is owed has gone to the groups
+  if (count > 0)
+    history->owed = 0.0;
 
   // in the order of the groups, by way of the touches before, which the step has used: a room
   // may be that of the pairs themselves

@@ -51,6 +51,7 @@ struct thrum_contact {
   int32_t begun;   /* 1: between begin and end */
   int32_t springy; /* 1: the def asked for a stiffness, so impacts are those of its springs */
   double impact;   /* lost to impacts of the body as a whole [J] */
+  double owed;     /* of touches that take no energy: it goes back in the next one [J] */
 };
 
 /* History of a touch between a point and an obstacle (or one wall of a room). */

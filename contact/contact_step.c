@@ -11,6 +11,7 @@
 #include <string.h>
 
 #include "contact/contact_check.h"
+#include "contact/contact_elastic.h"
 #include "contact/contact_energy.h"
 #include "contact/contact_predict.h"
 #include "contact/contact_pull.h"
@@ -193,8 +194,22 @@ static bool rests(const thrum_contact_run *run) {
   return rests;
 }
 
+/* Where obstacles take no energy, what the step lost in spite of it [J] goes back, or is owed until
+ * they are touched again. */
+static void give_back(thrum_contact_run *run, double lost) {
+  thrum_contact *contact = run->contact;
+  if (!thrum_contact_is_elastic(run))
+    return;
+  double driven = 0.0;
+  contact->lost -= lost;
+  contact->owed += lost;
+  contact->owed -= thrum_contact_give(run, contact->owed, &driven);
+  contact->driven += driven;
+}
+
 void thrum_contact_finish(thrum_contact_run *run) {
   const thrum_contact_environment *environment = run->environment;
+  const double lost = run->contact->lost;
   memcpy(run->moved, run->contact->moved, sizeof run->moved);
   memcpy(run->turned, run->contact->turned, sizeof run->turned);
   thrum_contact_settle(run, thrum_state_view_of(run->state).q);
@@ -207,6 +222,7 @@ void thrum_contact_finish(thrum_contact_run *run) {
   else if (environment->rigid_frame)
     thrum_rigid_frame_step(environment->rigid_frame, environment->placement, run->contact->torque,
                            run->dt, NULL);
+  give_back(run, run->contact->lost - lost);
   run->contact->begun = 0;
 }
 

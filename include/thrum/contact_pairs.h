@@ -187,6 +187,7 @@ typedef struct thrum_contact_group {
   int64_t first_touch, first_struck; /* of those in the room */
   thrum_contact_pairs_report report; /* of this group in this step alone */
   double budget, flow;               /* by which those of the bound on energy change [J] */
+  double owed;                       /* what it will give back [J] */
 } thrum_contact_group;
 
 /* Links between members of a step. */

@@ -31,13 +31,13 @@ void thrum_guards_forget_step(thrum_state *state) {
 }
 
 void thrum_guards_take(thrum_state *state, double amount) {
-  if (!(amount > 0.0) || !isfinite(amount))
+  if (amount == 0.0 || !isfinite(amount))
     return;
   thrum_energy_correction_take(state, amount);
   state->balance.explained -= amount;
-  state->balance.moved += amount;
+  state->balance.moved += fabs(amount);
   state->monitor.work -= amount;
-  state->monitor.moved += amount;
+  state->monitor.moved += fabs(amount);
 }
 
 thrum_status thrum_guards_before(const thrum_model *model, thrum_step_run *run) {

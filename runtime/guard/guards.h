@@ -10,7 +10,8 @@
 void thrum_guards_forget(thrum_state *state);
 void thrum_guards_forget_step(thrum_state *state);
 
-/* After a step: something else has taken an amount of the energy [J], which is no error. */
+/* After a step: something else has taken an amount of the energy [J], or given it where it is
+ * below 0, which is no error. */
 void thrum_guards_take(thrum_state *state, double amount);
 
 /* A step, in the order of its moments: see the types in schemes.h. */

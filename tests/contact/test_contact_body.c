@@ -142,7 +142,6 @@ static void a_beam_tips_over_and_rests_on_its_side(void **state) {
 
 static void a_smooth_elastic_fall_keeps_its_energy(void **state) {
   (void)state;
-  double lost[2];
 
   for (int n = 0; n < 2; n++) {
     // an integrator that conserves energy, with two time steps
@@ -160,12 +159,13 @@ static void a_smooth_elastic_fall_keeps_its_energy(void **state) {
     assert_true(run(&f, (int64_t)(3 / def.dt), &gain) <= 1e-9);
     assert_true(gain <= 1e-9);
 
-    // the energy that the elastic contact loses must fall with the time step
-    lost[n] = thrum_contact_report_get(f.contact).lost / first;
-    print_message("h = %g: %.2g of the energy lost in 3 s\n", def.dt, lost[n]);
+    // what steps miss goes back, so nothing is lost at any time step
+    const thrum_contact_report report = thrum_contact_report_get(f.contact);
+    print_message("h = %g: %.2g of the energy lost in 3 s, %.2g in springs\n", def.dt,
+                  report.lost / first, report.stored / first);
+    assert_true(fabs(report.lost / first) <= 1e-9);
     fall_free(&f);
   }
-  assert_true(lost[0] <= 0.05 && lost[1] <= 0.5 * lost[0]);
 }
 
 int main(void) {
