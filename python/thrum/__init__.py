@@ -23,7 +23,7 @@ from ._program import (Response, Run, check, compare, embed, export, info, mesh,
                        run_program, simulate, static, tradeoff)
 from .batch import Batch
 from .equilibrium import Equilibrium
-from .gradient import Gradient, Rollout, rollout, value_and_gradient
+from .gradient import Gradient, Rollout, hessian_product, rollout, value_and_gradient
 from .model import Model
 from .monitor import Look, Monitor
 from .scene import Body, Link, Load, Obstacle, Overlap, Pull, Scene, Touch
@@ -39,6 +39,6 @@ __all__ = [
     "Look", "Mesh", "Missing", "Model", "ModelMismatch", "Monitor", "NodeStress", "NotConverged", "Obstacle",
     "OutOfMemory", "Overlap", "ProgramFailed", "Pull", "Report", "Response", "Rollout", "Run", "Scene", "State", "Status", "Stress",
     "StressNodes", "StressPoints", "Surface", "Touch", "Unsupported", "View",
-    "check", "compare", "embed", "export", "info", "integrators", "library_path", "mesh", "precompute", "program",
-    "response", "rollout", "run_program", "simulate", "static", "tradeoff", "value_and_gradient", "version", "view",
+    "check", "compare", "embed", "export", "hessian_product", "info", "integrators", "library_path", "mesh", "precompute",
+    "program", "response", "rollout", "run_program", "simulate", "static", "tradeoff", "value_and_gradient", "version", "view",
 ]

@@ -6,7 +6,7 @@ SPDX-License-Identifier: Apache-2.0
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -168,3 +168,25 @@ def value_and_gradient(loss: Loss, model: Model, steps: int, q: Any = None, p: A
     run = rollout(model, steps, q, p, force, stiffness=stiffness, density=density, **options)
     value, q_bar, p_bar = loss(run.q, run.p)
     return float(value), run.pull_back(q_bar, p_bar, parameters=parameters)
+
+
+def hessian_product(loss: Loss, model: Model, steps: int, q: Any = None, p: Any = None, force: Any = None, *,
+                    along: dict[str, Any], step: float = 1e-4, **options: Unpack[StateOptions]) -> Gradient:
+    """The change of the gradient of a loss along a direction: a product with the matrix of its second derivatives.
+
+    along: the direction of some of q, p, force, damping_alpha, damping_beta, stiffness and density, which are then given too or
+    have their defaults. By the difference of two exact gradients, `step` of the direction to either side: about six runs, and
+    1e-6 where a step is small beside what it changes and the tolerance of the run is 1e-13.
+    """
+    held: dict[str, Any] = {"q": q, "p": p, "force": force, **options}
+    defaults = {"q": np.zeros(model.rank), "p": np.zeros(model.rank), "force": np.zeros((steps, model.rank)),
+                "damping_alpha": 0.0, "damping_beta": 0.0, "stiffness": 1.0, "density": 1.0}
+    found = []
+    for side in (step, -step):
+        moved = dict(held)
+        for name, change in along.items():
+            at = held.get(name)
+            moved[name] = (defaults[name] if at is None else np.asarray(at)) + side * np.asarray(change)
+        found.append(value_and_gradient(loss, model, steps, **moved)[1])
+    return Gradient(**{field.name: (getattr(found[0], field.name) - getattr(found[1], field.name)) / (2 * step)
+                       for field in fields(Gradient) if field.name != "parameters"})

@@ -51,6 +51,7 @@ compile_examples() {
   for example in "$examples"/*.c; do
     package=thrum
     ! grep -q '"thrum/scene.h"' "$example" || package=thrum-scene
+    ! grep -q '"thrum/gradient.h"' "$example" || package=thrum-gradient
     # shellcheck disable=SC2046,SC2086
     "$compiler" -std=c11 -Wall -Wextra -Werror -I"$work" "$example" \
       $(PKG_CONFIG_PATH=$2 pkg-config --cflags --libs $package) -lm -o "$work/example"

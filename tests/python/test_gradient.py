@@ -47,6 +47,43 @@ class Gradients(unittest.TestCase):
             q, p = run.push_forward(**{names.get(name, name): value for name, value in change.items()})
             self.assertAlmostEqual(((weights[0] * q).sum() + 0.01 * (weights[1] * p).sum()) / found, 1.0, 11)
 
+    def test_second_derivatives_are_those_of_the_loss(self):
+        model = beam()
+
+        def loss(q, p):
+            return 0.5 * (q**2).sum() + 1e-4 * (p[-1]**2).sum(), q, np.vstack([np.zeros((STEPS, model.rank)), 2e-4 * p[-1:]])
+
+        def product(first, second):
+            names = {"damping_alpha": "alpha", "damping_beta": "beta"}
+            g = thrum.hessian_product(loss, model, STEPS, **given, along=first, dt=0.002, tolerance=1e-14)
+            return sum((np.asarray(getattr(g, names.get(name, name))) * value).sum() for name, value in second.items())
+
+        def value(by):
+            moved = {name: given[name] + by * one[name] for name in given}
+            return thrum.value_and_gradient(loss, model, STEPS, **moved, dt=0.002, tolerance=1e-14)[0]
+
+        # the matrix is symmetric, and its form is the second difference of the loss
+        given, one, two = inputs(model), inputs(model, 3), inputs(model, 4)
+        one, two = ({name: value / 10 for name, value in direction.items()} for direction in (one, two))
+        self.assertAlmostEqual(product(one, two) / product(two, one), 1.0, 6)
+        h = 1e-2
+        second = (-value(2 * h) + 16 * value(h) - 30 * value(0) + 16 * value(-h) - value(-2 * h)) / (12 * h * h)
+        self.assertAlmostEqual(product(one, one) / second, 1.0, 5)
+
+    def test_a_long_run_agrees_with_differences(self):
+        model, steps = beam(), 10000
+
+        def run(factor):
+            tip = model.external_load((0, 0, 1), group="tip")
+            q_bar = np.zeros((steps + 1, model.rank))
+            q_bar[-1] = tip
+            return thrum.value_and_gradient(lambda q, p: (tip @ q[-1], q_bar, None), model, steps, model.start(0, 0.02),
+                                            stiffness=factor, damping_alpha=0.1, dt=0.002, tolerance=1e-14)
+
+        found, by = run(1.0)[1].stiffness, 2e-6
+        values = [run(1.0 + n * by)[0] for n in (-2, -1, 1, 2)]
+        self.assertAlmostEqual((values[0] - 8 * values[1] + 8 * values[2] - values[3]) / (12 * by) / found, 1.0, 6)
+
     def test_derivatives_by_moduli_and_density(self):
         model = thrum.Model.load(model_file("parameters", "beam:6x1x1@1x0.15x0.15", fix="x<0.001", order=1, modes=3, rank=6,
                                             parameters=True))
