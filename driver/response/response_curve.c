@@ -12,6 +12,8 @@
 #include "core/base/pi.h"
 #include "driver/model/model_cut.h"
 #include "driver/model/model_meta.h"
+#include "driver/response/response_orbit.h"
+#include "io/npy_file.h"
 #include "platform/allocate.h"
 #include "platform/clock.h"
 #include "platform/stop_request.h"
@@ -355,19 +357,45 @@ static thrum_status bound_amplitude(const response_curve *c, thrum_response_def 
   return THRUM_OK;
 }
 
+/* The coefficients near the motion that --start-from names; *start stays NULL without it. */
+static thrum_status find_start(const response_curve *c, double **start, thrum_error *error) {
+  const char *path = c->request->start_from;
+  double *state = NULL;
+  int64_t rows = 0, columns = 0;
+  if (path == NULL)
+    return THRUM_OK;
+  THRUM_TRY(thrum_npy_read_f8(path, &state, &rows, &columns, error));
+  thrum_status status = THRUM_OK;
+  if (rows != 2 || columns != c->shape->rank)
+    status = thrum_error_set(error, THRUM_BAD_SHAPE,
+                             "--start-from %.200s: a state has 2 rows of %lld numbers, not %lld of "
+                             "%lld",
+                             path, (long long)c->shape->rank, (long long)rows, (long long)columns);
+  const double *const loads[3] = {c->loads[0], c->loads[1], c->loads[2]};
+  const response_orbit orbit = {c->shape, c->rates, loads, THRUM_TWO_PI * c->from};
+  THRUM_THEN(status, thrum_reserve(start, coefficients_of(c), sizeof **start, "the start", error));
+  THRUM_THEN(status, response_orbit_coefficients(&orbit, state, state + columns, c->stepped->rank,
+                                                 c->harmonics, *start, error));
+  free(state);
+  return status;
+}
+
 static thrum_status follow(response_curve *c, bool stability, thrum_error *error) {
   thrum_response_def def = def_of(c, stability);
   void *workspace = NULL;
   size_t size = 0;
+  double *start = NULL;
   drop_rows(c);
   THRUM_TRY(bound_amplitude(c, &def, error));
   THRUM_TRY(thrum_response_size(c->stepped, &def, &size, error));
-  THRUM_TRY(thrum_reserve_aligned(&workspace, size, "the curve", error));
+  thrum_status status = find_start(c, &start, error);
+  THRUM_THEN(status, thrum_reserve_aligned(&workspace, size, "the curve", error));
   const double began = clock_seconds();
-  thrum_status status =
-      thrum_response(c->stepped, &def, NULL, workspace, size, keep_row, c, &c->report, error);
+  THRUM_THEN(status, thrum_response(c->stepped, &def, start, workspace, size, keep_row, c,
+                                    &c->report, error));
   c->seconds = clock_seconds() - began;
   free(workspace);
+  free(start);
   if (status >= 0 && c->failure.status < 0 && error != NULL)
     *error = c->failure;
   return status >= 0 && c->failure.status < 0 ? c->failure.status : status;

@@ -155,6 +155,11 @@ static const config_option options[] = {
                  "simulate --start goes on",
                  .value = "N", .repeats = true, .take = take_start, CONFIG_RANGE(1, 1000000)),
 
+    OPTION_TEXT("start-from", "FILE.npy", NULL,
+                "begin the forced curve at --from with the motion near this state, a point of "
+                "--start or the end of a run of whole periods: an upper branch, or a curve that "
+                "closes on itself",
+                .path = CONFIG_PATH_ALWAYS, AT(start_from)),
     OPTION_COUNT(
         "check", "3, or as many as take some seconds",
         "step the unreduced mesh for a period from so many motions of the curve, and say how "
@@ -251,6 +256,9 @@ int response_options_read(int argc, char **argv, response_request *request) {
     return config_usage("response", "--amplitude is of a backbone, --mode K");
   if (request->from > 0 && request->from == request->to)
     return config_usage("response", "--from and --to are both %g Hz", request->to);
+  if (request->start_from != NULL && (request->mode > 0 || request->from == 0))
+    return config_usage("response", "--start-from is of a forced curve, and goes with --from, the "
+                                    "frequency of that motion");
   if (request->start_count > 0 && request->output == NULL)
     return config_usage("response", "--start writes into a folder: name it with -o");
   if (request->target_count == 0)

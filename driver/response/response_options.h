@@ -8,8 +8,9 @@
 
 typedef struct response_request {
   const char *model_path;
-  const char *output; /* folder; NULL: nothing is written */
-  int64_t mode;       /* 1-based, of a backbone; 0: a forced curve */
+  const char *start_from; /* .npy of a state at phase 0; NULL: the motion at rest of the load */
+  const char *output;     /* folder; NULL: nothing is written */
+  int64_t mode;           /* 1-based, of a backbone; 0: a forced curve */
   response_load *loads;
   int64_t load_count;
   double from, to;      /* [Hz]; 0: by the mode */

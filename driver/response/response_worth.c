@@ -11,13 +11,14 @@
 #include "config/progress.h"
 #include "core/base/model_law.h"
 #include "core/base/pi.h"
+#include "driver/response/response_orbit.h"
 #include "platform/allocate.h"
 #include "platform/clock.h"
 #include "platform/stop_request.h"
 #include "precompute/full/full.h"
 #include "thrum/thrum.h"
 
-#define STEPS 120      /* of a period: their own error is near 1e-4 */
+#define STEPS RESPONSE_ORBIT_STEPS
 #define USUAL 3        /* motions where the request leaves it open, */
 #define USUAL_WORK 6e3 /* while they have so many points of tetrahedra together, or one has */
 
@@ -27,6 +28,7 @@ typedef struct mesh_run {
   double *u, *v, *start, *forces; /* fields */
   double *cosine, *sine, *mean;   /* fields of the loads */
   double *memory;
+  double largest; /* displacement of the model */
 } mesh_run;
 
 static double rms(int64_t size, const double *field, const double *less) {
@@ -59,13 +61,6 @@ static thrum_status fill_loads(mesh_run *run, thrum_full *body, thrum_error *err
   return THRUM_OK;
 }
 
-/* Means of cos and sin of Omega t over a step, of which there are STEPS in a period. */
-static void means_of(int64_t step, double *cosine, double *sine) {
-  const double h = THRUM_TWO_PI / STEPS, from = h * (double)step, to = from + h;
-  *cosine = (sin(to) - sin(from)) / h;
-  *sine = (cos(from) - cos(to)) / h;
-}
-
 static thrum_status step_mesh(mesh_run *run, thrum_full *body, const double *q, const double *p,
                               double *missed, thrum_error *error) {
   const thrum_model *shape = run->curve->shape;
@@ -76,7 +71,7 @@ static thrum_status step_mesh(mesh_run *run, thrum_full *body, const double *q, 
   THRUM_TRY(thrum_full_set(body, run->start, run->v, error));
   for (int64_t step = 0; step < STEPS; step++) {
     double cosine = 0, sine = 0;
-    means_of(step, &cosine, &sine);
+    response_orbit_means(step, &cosine, &sine);
     for (int64_t i = 0; i < run->size; i++)
       run->forces[i] = run->mean[i] + cosine * run->cosine[i] + sine * run->sine[i];
     THRUM_TRY(thrum_full_set_force(body, run->forces, error));
@@ -89,31 +84,26 @@ static thrum_status step_mesh(mesh_run *run, thrum_full *body, const double *q, 
   return THRUM_OK;
 }
 
+/* How far the model has moved; of the last step the displacement stays. */
+static thrum_status show_step(void *context, int64_t step, const double *q, thrum_error *error) {
+  mesh_run *run = context;
+  const thrum_model *shape = run->curve->shape;
+  (void)step;
+  THRUM_TRY(thrum_displacement(shape, q, 0, shape->vertex_count, run->u, error));
+  run->largest = fmax(run->largest, rms(run->size, run->u, NULL));
+  return THRUM_OK;
+}
+
 /* The same of all coordinates of the model. */
-static thrum_status step_model(mesh_run *run, const thrum_state_def *def, const double *q,
-                               const double *p, double *missed, thrum_error *error) {
+static thrum_status step_model(mesh_run *run, double omega, const double *q, const double *p,
+                               double *missed, thrum_error *error) {
   const response_curve *c = run->curve;
-  const thrum_model *shape = c->shape;
-  thrum_model damped = *shape;
-  damped.damping = c->rates;
-  thrum_state *state = NULL;
-  double now[THRUM_RANK_MAX], force[THRUM_RANK_MAX], largest = 0;
-  THRUM_TRY(thrum_state_create(&damped, def, &state, error));
-  thrum_status status = thrum_state_set(&damped, state, q, p, error);
-  for (int64_t step = 0; step < STEPS && status >= 0; step++) {
-    double cosine = 0, sine = 0;
-    means_of(step, &cosine, &sine);
-    for (int64_t i = 0; i < shape->rank; i++)
-      force[i] = c->loads[0][i] + cosine * c->loads[1][i] + sine * c->loads[2][i];
-    status = thrum_state_set_force(&damped, state, force, error);
-    THRUM_THEN(status, thrum_step(&damped, state, error));
-    THRUM_THEN(status, thrum_state_get(&damped, state, now, NULL, error));
-    THRUM_THEN(status, thrum_displacement(shape, now, 0, shape->vertex_count, run->u, error));
-    largest = fmax(largest, rms(run->size, run->u, NULL));
-  }
-  thrum_state_destroy(state);
-  *missed = rms(run->size, run->u, run->start) / largest;
-  return status;
+  const double *const loads[3] = {c->loads[0], c->loads[1], c->loads[2]};
+  const response_orbit orbit = {c->shape, c->rates, loads, omega};
+  run->largest = 0;
+  THRUM_TRY(response_orbit_run(&orbit, q, p, show_step, run, error));
+  *missed = rms(run->size, run->u, run->start) / run->largest;
+  return THRUM_OK;
 }
 
 static thrum_status look_at(mesh_run *run, int64_t row, response_worth_point *point,
@@ -135,11 +125,7 @@ static thrum_status look_at(mesh_run *run, int64_t row, response_worth_point *po
   THRUM_THEN(status, step_mesh(run, body, q, p, &point->mesh, error));
   thrum_full_free(body);
 
-  // the reduced model has no damping of its own here
-  thrum_state_def def = thrum_default_state_def();
-  def.dt = dt;
-  def.frequency_matched = 0;
-  THRUM_THEN(status, step_model(run, &def, q, p, &point->model, error));
+  THRUM_THEN(status, step_model(run, c->rows[row].point.omega, q, p, &point->model, error));
   return status;
 }
 

@@ -48,6 +48,12 @@ static double *numbers_of(const char *name, int64_t rows, int64_t columns) {
   return values;
 }
 
+static void refuse(int code, const char *words, program_result run) {
+  if (!is_refusal(&run, code, words))
+    fail_msg("exit code %d: %s", run.exit_code, run.err);
+  program_result_free(&run);
+}
+
 static void a_forced_curve_has_its_files_and_its_folds(void **state) {
   (void)state;
   cJSON *object =
@@ -133,6 +139,43 @@ static void a_run_with_damping_ratios_is_back_after_ten_periods(void **state) {
   cJSON_Delete(object);
 }
 
+static void a_curve_begins_on_the_branch_that_it_is_shown(void **state) {
+  (void)state;
+  cJSON *object =
+      object_of(thrum_run(folder, "response", "beam.npz", "--load", LOAD, "--damping-ratio", "0.01",
+                          "--from", "60", "--to", "90", "--harmonics", "5", "--no-check", "-o",
+                          "upper", "--json", "-q", NULL),
+                0);
+  char last[16];
+  snprintf(last, sizeof last, "%d", (int)json_value(object, "points"));
+  const double peak = json_value(object, "peak_m");
+  cJSON_Delete(object);
+  object = object_of(thrum_run(folder, "response", "beam.npz", "--load", LOAD, "--damping-ratio",
+                               "0.01", "--from", "60", "--to", "90", "--harmonics", "5",
+                               "--no-check", "-o", "upper", "--start", last, "--json", "-q", NULL),
+                     0);
+  cJSON_Delete(object);
+
+  // down from 90 Hz, where a small motion is stable too
+  char start[64];
+  snprintf(start, sizeof start, "upper/point_%s.npy", last);
+  for (int shown = 0; shown < 2; shown++) {
+    object =
+        object_of(thrum_run(folder, "response", "beam.npz", "--load", LOAD, "--damping-ratio",
+                            "0.01", "--from", "90", "--to", "89", "--harmonics", "5", "--no-check",
+                            "--json", "-q", shown ? "--start-from" : NULL, start, NULL),
+                  0);
+    const double found = json_value(object, "peak_m");
+    assert_true(shown ? fabs(found / peak - 1) < 1e-6 : found < 0.1 * peak);
+    cJSON_Delete(object);
+  }
+  refuse(2, "goes with --from",
+         thrum_run(folder, "response", "beam.npz", "--load", LOAD, "--start-from", start, NULL));
+  refuse(1, "a state has 2 rows",
+         thrum_run(folder, "response", "beam.npz", "--load", LOAD, "--from", "90", "--start-from",
+                   "upper/coefficients.npy", "-q", NULL));
+}
+
 static void a_backbone_ends_at_its_amplitude(void **state) {
   (void)state;
   cJSON *object =
@@ -167,12 +210,6 @@ static void a_mesh_that_misses_its_orbit_flags_the_curve(void **state) {
   cJSON_Delete(object);
 }
 
-static void refuse(int code, const char *words, program_result run) {
-  if (!is_refusal(&run, code, words))
-    fail_msg("exit code %d: %s", run.exit_code, run.err);
-  program_result_free(&run);
-}
-
 static void bad_input_is_one_line(void **state) {
   (void)state;
   refuse(2, "which curve", thrum_run(folder, "response", "beam.npz", NULL));
@@ -203,6 +240,7 @@ int main(void) {
       cmocka_unit_test(a_forced_curve_has_its_files_and_its_folds),
       cmocka_unit_test(a_run_goes_on_from_a_point_of_the_curve),
       cmocka_unit_test(a_run_with_damping_ratios_is_back_after_ten_periods),
+      cmocka_unit_test(a_curve_begins_on_the_branch_that_it_is_shown),
       cmocka_unit_test(a_backbone_ends_at_its_amplitude),
       cmocka_unit_test(a_mesh_that_misses_its_orbit_flags_the_curve),
       cmocka_unit_test(bad_input_is_one_line),
