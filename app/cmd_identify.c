@@ -1,7 +1,6 @@
 /* `thrum identify`: moduli, damping and start from a recorded motion. The fit is the driver's; here
  * it is asked for and shown. SPDX-License-Identifier: Apache-2.0 */
 #include <stdlib.h>
-#include <string.h>
 
 #include "app/cmd.h"
 #include "config/message.h"
@@ -40,7 +39,7 @@ static int run_request(const identify_request *request) {
   THRUM_THEN(status, identify_fit_open(request, loaded, &fit, &error));
   THRUM_THEN(status, identify_fit_run(&fit, &error));
   THRUM_THEN(status, report(&fit, &error));
-  const bool flagged = status >= 0 && strcmp(identify_status_name(&fit), "done") != 0;
+  const bool flagged = status >= 0 && identify_flag(&fit);
   const int code = config_end(status, flagged, &error);
   identify_fit_close(&fit);
   thrum_model_destroy(loaded);

@@ -1,7 +1,6 @@
 /* `thrum response`: periodic motions of a body. The curve is the library's (thrum/response.h); here
  * it is asked for, shown and written. SPDX-License-Identifier: Apache-2.0 */
 #include <stdlib.h>
-#include <string.h>
 
 #include "app/cmd.h"
 #include "config/message.h"
@@ -48,7 +47,7 @@ static int run_request(const response_request *request) {
   THRUM_THEN(status, response_curve_find(&curve, &error));
   THRUM_THEN(status, response_worth_find(&curve, &worth, &error));
   THRUM_THEN(status, report(&curve, &worth, &error));
-  const bool flagged = status >= 0 && strcmp(response_status_name(&curve, &worth), "done") != 0;
+  const bool flagged = status >= 0 && response_flag(&curve, &worth);
   const int code = config_end(status, flagged, &error);
   response_curve_close(&curve);
   thrum_model_destroy(loaded);

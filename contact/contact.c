@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "core/base/alignment_check.h"
+#include "core/base/def.h"
 #include "core/state/state_layout.h"
 #include "core/step/state_private.h"
 
@@ -15,10 +16,10 @@
 #define COUNT_MAX (INT64_C(1) << 31)
 #define TOLERANCE_MOST 1e-2 /* that a definition may ask for */
 
-thrum_contact_def thrum_default_contact_def(void) {
-  const thrum_contact_def def = {
+void thrum_contact_def_init(thrum_contact_def *def, size_t size) {
+  const thrum_contact_def defaults = {
       .cookie = sizeof(thrum_contact_def), .pull_max = 1, .sweeps_max = 20, .tolerance = 1e-4};
-  return def;
+  thrum_def_fill(def, size, &defaults, sizeof defaults);
 }
 
 thrum_contact_view thrum_contact_view_of(thrum_contact *contact) {
@@ -93,7 +94,7 @@ static thrum_status check_points(const thrum_model *model, const thrum_contact_d
 static thrum_status check_def(const thrum_model *model, const thrum_state *state,
                               const thrum_contact_def *def, thrum_error *error) {
   THRUM_TRY(thrum_state_check(model, state, error));
-  if (!def || def->cookie != sizeof *def)
+  if (!def)
     return thrum_error_set(error, THRUM_UNINITIALISED_DEF,
                            "the contact's def was not made by thrum_default_contact_def");
   if (!model->basis || !model->vertices)
@@ -123,6 +124,8 @@ static void fill_header(const thrum_model *model, const thrum_state *state,
 
 thrum_status thrum_contact_size(const thrum_model *model, const thrum_state *state,
                                 const thrum_contact_def *def, size_t *size, thrum_error *error) {
+  thrum_contact_def whole = thrum_default_contact_def();
+  def = thrum_def_whole(def, &whole, sizeof whole);
   THRUM_TRY(check_def(model, state, def, error));
   if (!size)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "size is NULL");
@@ -190,6 +193,8 @@ static void fill_points(const thrum_model *model, const thrum_contact_def *def,
 thrum_status thrum_contact_init(void *memory, size_t memory_size, const thrum_model *model,
                                 const thrum_state *state, const thrum_contact_def *def,
                                 thrum_contact **contact, thrum_error *error) {
+  thrum_contact_def whole = thrum_default_contact_def();
+  def = thrum_def_whole(def, &whole, sizeof whole);
   size_t size;
   THRUM_TRY(thrum_contact_size(model, state, def, &size, error));
   if (!memory || !contact)
@@ -265,8 +270,8 @@ thrum_contact_report thrum_contact_report_get(const thrum_contact *contact) {
   return report;
 }
 
-thrum_status thrum_contact_touch(thrum_contact *contact, int64_t index, thrum_touch *touch,
-                                 thrum_error *error) {
+thrum_status thrum_contact_touch_get(thrum_contact *contact, int64_t index, thrum_touch *touch,
+                                     thrum_error *error) {
   if (!contact || !touch || index < 0 || index >= contact->touch_count + contact->struck)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "there is no touch %lld",
                            (long long)index);

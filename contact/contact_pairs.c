@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "core/base/alignment_check.h"
+#include "core/base/def.h"
 #include "core/base/finite.h"
 
 #define PAIRS_MAGIC UINT64_C(0x7468726d70723031)
@@ -16,9 +17,10 @@
 #define THICKNESS 4e-3      /* of the smaller body's diagonal (docs/tuning.md) */
 #define TOLERANCE_MOST 1e-2 /* that a definition may ask for */
 
-thrum_contact_pairs_def thrum_default_contact_pairs_def(void) {
-  return (thrum_contact_pairs_def){.cookie = sizeof(thrum_contact_pairs_def),
-                                   THRUM_PAIRS_FIELDS(THRUM_VALUE)};
+void thrum_contact_pairs_def_init(thrum_contact_pairs_def *def, size_t size) {
+  const thrum_contact_pairs_def defaults = {.cookie = sizeof(thrum_contact_pairs_def),
+                                            THRUM_PAIRS_FIELDS(THRUM_VALUE)};
+  thrum_def_fill(def, size, &defaults, sizeof defaults);
 }
 
 thrum_pairs_view thrum_pairs_view_of(const thrum_contact_pairs *pairs) {
@@ -51,7 +53,7 @@ static bool is_in(int64_t value, int64_t most) {
 }
 
 static thrum_status check_def(const thrum_contact_pairs_def *def, thrum_error *error) {
-  if (!def || def->cookie != sizeof *def)
+  if (!def)
     return thrum_error_set(error, THRUM_UNINITIALISED_DEF,
                            "the def of contact between bodies was not made by "
                            "thrum_default_contact_pairs_def");
@@ -104,6 +106,8 @@ static thrum_contact_pairs header_of(const thrum_contact_pairs_def *def) {
 
 thrum_status thrum_contact_pairs_size(const thrum_contact_pairs_def *def, size_t *size,
                                       thrum_error *error) {
+  thrum_contact_pairs_def whole = thrum_default_contact_pairs_def();
+  def = thrum_def_whole(def, &whole, sizeof whole);
   THRUM_TRY(check_def(def, error));
   if (!size)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "size is NULL");
@@ -114,6 +118,8 @@ thrum_status thrum_contact_pairs_size(const thrum_contact_pairs_def *def, size_t
 thrum_status thrum_contact_pairs_init(void *memory, size_t memory_size,
                                       const thrum_contact_pairs_def *def,
                                       thrum_contact_pairs **pairs, thrum_error *error) {
+  thrum_contact_pairs_def whole = thrum_default_contact_pairs_def();
+  def = thrum_def_whole(def, &whole, sizeof whole);
   size_t size;
   THRUM_TRY(thrum_contact_pairs_size(def, &size, error));
   if (!memory || !pairs)
@@ -209,8 +215,8 @@ thrum_contact_pairs_report thrum_contact_pairs_report_get(const thrum_contact_pa
   return pairs ? thrum_pairs_report_of(&pairs->history) : (thrum_contact_pairs_report){0};
 }
 
-thrum_status thrum_contact_pairs_touch(const thrum_contact_pairs *pairs, int64_t index,
-                                       thrum_pair_touch *touch, thrum_error *error) {
+thrum_status thrum_contact_pairs_touch_get(const thrum_contact_pairs *pairs, int64_t index,
+                                           thrum_pair_touch *touch, thrum_error *error) {
   if (!pairs || !touch || index < 0 || index >= pairs->history.touch_count + pairs->history.struck)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "there is no touch %lld of two bodies",
                            (long long)index);

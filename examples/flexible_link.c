@@ -681,7 +681,7 @@ static thrum_status swing(const thrum_model *model, arm *a, double *off, double 
     if (status >= 0)
       status = link_site(&a->soft, &a->tip, tip, NULL, NULL, NULL, error);
     if (status >= 0)
-      status = thrum_scene_probe(scene, 0, other, NULL, error);
+      status = thrum_scene_probe_get(scene, 0, other, NULL, error);
     if (status < 0)
       break;
 

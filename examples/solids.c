@@ -59,7 +59,7 @@ int main(int argc, char **argv) {
   for (int step = 1; step <= 1000 && !failed; step++) {
     double x[3];
     failed =
-        thrum_scene_step(scene, &error) < 0 || thrum_scene_probe(scene, 0, x, NULL, &error) < 0;
+        thrum_scene_step(scene, &error) < 0 || thrum_scene_probe_get(scene, 0, x, NULL, &error) < 0;
     if (failed || step % 100 != 0)
       continue;
     const thrum_contact_pairs_report report = thrum_scene_collisions(scene);

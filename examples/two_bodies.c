@@ -52,7 +52,7 @@ int main(int argc, char **argv) {
   double rest[2] = {0, 0}, position[3];
   int failed = thrum_scene_create(0.003, &scene, &error) < 0 || fill(scene, model, &error) < 0;
   for (int n = 0; n < 2 && !failed; n++) {
-    failed = thrum_scene_probe(scene, n, position, NULL, &error) < 0;
+    failed = thrum_scene_probe_get(scene, n, position, NULL, &error) < 0;
     rest[n] = position[2];
   }
 
@@ -61,7 +61,7 @@ int main(int argc, char **argv) {
     failed = thrum_scene_step(scene, &error) < 0;
     double down[2] = {0, 0};
     for (int n = 0; n < 2 && !failed; n++) {
-      failed = thrum_scene_probe(scene, n, position, NULL, &error) < 0;
+      failed = thrum_scene_probe_get(scene, n, position, NULL, &error) < 0;
       down[n] = rest[n] - position[2];
     }
     if (step % 50 == 0 && !failed)

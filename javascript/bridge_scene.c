@@ -57,7 +57,7 @@ int32_t EXPORT(js_scene_obstacle)(thrum_scene *scene, int32_t number) {
 /* numbers: where an obstacle's centre is now. */
 int32_t EXPORT(js_obstacle_get)(const thrum_scene *scene, int32_t number) {
   thrum_obstacle obstacle;
-  THRUM_TRY(thrum_scene_obstacle(scene, number, &obstacle, &js_failure));
+  THRUM_TRY(thrum_scene_obstacle_get(scene, number, &obstacle, &js_failure));
   memcpy(js_number, obstacle.centre, sizeof obstacle.centre);
   return THRUM_OK;
 }

@@ -14,13 +14,13 @@
 #include <math.h>
 #include <string.h>
 
+#include "core/base/def.h"
 #include "core/base/finite.h"
 #include "core/base/pi.h"
 #include "response/special_points.h"
 #include "thrum/condensed_model.h"
 #include "thrum/polynomial.h"
 
-#define COOKIE 0x52455350u /* "RESP" */
 #define STABILITY_STEPS_LEAST 48
 #define STABILITY_STEPS_EACH 6 /* for each harmonic */
 #define STEP_FIRST 0.1         /* of the longest */
@@ -51,16 +51,17 @@ typedef struct curve {
   thrum_response_report report;
 } curve;
 
-thrum_response_def thrum_default_response_def(void) {
-  return (thrum_response_def){.cookie = COOKIE,
-                              .harmonics = 5,
-                              .mode = -1,
-                              .amplitude = INFINITY,
-                              .step = 0.05,
-                              .points = 20000,
-                              .tolerance = 1e-12,
-                              .stability = 1,
-                              .inertia = 1};
+void thrum_response_def_init(thrum_response_def *def, size_t size) {
+  const thrum_response_def defaults = {.cookie = sizeof defaults,
+                                       .harmonics = 5,
+                                       .mode = -1,
+                                       .amplitude = INFINITY,
+                                       .step = 0.05,
+                                       .points = 20000,
+                                       .tolerance = 1e-12,
+                                       .stability = 1,
+                                       .inertia = 1};
+  thrum_def_fill(def, size, &defaults, sizeof defaults);
 }
 
 const char *thrum_response_kind_name(thrum_response_kind kind) {
@@ -157,9 +158,9 @@ static thrum_status check_arrays(const thrum_response_def *def, const thrum_mode
 
 static thrum_status check(const thrum_model *model, const thrum_response_def *def,
                           thrum_error *error) {
-  if (model == NULL || def == NULL || model->omega2 == NULL)
+  if (model == NULL || model->omega2 == NULL)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "model or def is NULL");
-  if (def->cookie != COOKIE)
+  if (def == NULL)
     return thrum_error_set(error, THRUM_UNINITIALISED_DEF,
                            "make the def with thrum_default_response_def");
   if (model->rank < 1 || model->rank > THRUM_RANK_MAX)
@@ -220,6 +221,8 @@ static size_t head_bytes(void) {
 
 thrum_status thrum_response_size(const thrum_model *model, const thrum_response_def *def,
                                  size_t *size, thrum_error *error) {
+  thrum_response_def whole = thrum_default_response_def();
+  def = thrum_def_whole(def, &whole, sizeof whole);
   THRUM_TRY(check(model, def, error));
   if (size == NULL)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "size is NULL");
@@ -677,6 +680,8 @@ thrum_status thrum_response(const thrum_model *model, const thrum_response_def *
                             const double *start, void *workspace, size_t workspace_size,
                             bool (*visit)(void *context, const thrum_response_point *point),
                             void *context, thrum_response_report *report, thrum_error *error) {
+  thrum_response_def whole = thrum_default_response_def();
+  def = thrum_def_whole(def, &whole, sizeof whole);
   size_t size = 0;
   THRUM_TRY(thrum_response_size(model, def, &size, error));
   if (report == NULL || workspace == NULL)

@@ -196,6 +196,8 @@ static thrum_status make_body(thrum_scene *scene, const thrum_scene_body_def *de
 
 thrum_status thrum_scene_add_body(thrum_scene *scene, const thrum_scene_body_def *def,
                                   int32_t *number, thrum_error *error) {
+  thrum_scene_body_def whole;
+  def = scene_body_def_whole(def, &whole);
   THRUM_TRY(check_def(def, error));
   scene_body *body = calloc(1, sizeof *body);
   if (body == NULL || !scene_grow(&scene->bodies, scene->body_count + 1, sizeof *scene->bodies)) {

@@ -254,7 +254,7 @@ thrum_status thrum_scene_body_contact_load(const thrum_scene *scene, int32_t num
 
   // the touches of the last step, and the pulls of its slots in use
   thrum_touch touch;
-  for (int64_t n = 0; thrum_contact_touch(body->touch->contact, n, &touch, NULL) >= 0; n++)
+  for (int64_t n = 0; thrum_contact_touch_get(body->touch->contact, n, &touch, NULL) >= 0; n++)
     add_point_force(body, touch.vertex, touch.force, load);
   add_pull_forces(body, load);
 

@@ -4,28 +4,77 @@
 #include <math.h>
 #include <stdbool.h>
 #include <stdio.h>
+#include <string.h>
 
+#include "core/base/def.h"
 #include "thrum/scene.h"
 
-thrum_scene_body_def thrum_default_scene_body_def(void) {
-  return (thrum_scene_body_def){.cookie = sizeof(thrum_scene_body_def),
-                                .state = thrum_default_state_def(),
-                                THRUM_BODY_FIELDS(THRUM_VALUE)};
+/* The parts of a body's def, with the state's def among them, for whom has so many bytes of both.
+ */
+typedef struct body_parts {
+  unsigned char *at;
+  size_t size, state;
+} body_parts;
+
+/* What both have; the cookies are those of `to`. */
+static void copy_body(body_parts to, body_parts from) {
+  const size_t head = offsetof(thrum_scene_body_def, state);
+  const size_t to_tail = to.size - head - to.state, from_tail = from.size - head - from.state;
+  memcpy(to.at, from.at, head);
+  memcpy(to.at + head, from.at + head, to.state < from.state ? to.state : from.state);
+  memcpy(to.at + head + to.state, from.at + head + from.state,
+         to_tail < from_tail ? to_tail : from_tail);
+  memcpy(to.at, &(uint32_t){(uint32_t)to.size}, sizeof(uint32_t));
+  memcpy(to.at + head, &(uint32_t){(uint32_t)to.state}, sizeof(uint32_t));
 }
 
-thrum_scene_solid_def thrum_default_scene_solid_def(void) {
-  return (thrum_scene_solid_def){.cookie = sizeof(thrum_scene_solid_def),
-                                 THRUM_SOLID_FIELDS(THRUM_VALUE)};
+static bool are_sizes(size_t size, size_t state) {
+  return state >= THRUM_DEF_LEAST && state <= size &&
+         size - state >= offsetof(thrum_scene_body_def, state) &&
+         size - state <= sizeof(thrum_scene_body_def) - sizeof(thrum_state_def) &&
+         state <= sizeof(thrum_state_def);
 }
 
-thrum_scene_wind_def thrum_default_scene_wind_def(void) {
-  return (thrum_scene_wind_def){.cookie = sizeof(thrum_scene_wind_def),
-                                THRUM_WIND_FIELDS(THRUM_VALUE)};
+void thrum_scene_body_def_init(thrum_scene_body_def *def, size_t size, size_t state_size) {
+  thrum_scene_body_def defaults = {.cookie = sizeof defaults,
+                                   .state = thrum_default_state_def(),
+                                   THRUM_BODY_FIELDS(THRUM_VALUE)};
+  if (are_sizes(size, state_size))
+    copy_body((body_parts){(void *)def, size, state_size},
+              (body_parts){(void *)&defaults, sizeof defaults, sizeof defaults.state});
 }
 
-thrum_scene_link_def thrum_default_scene_link_def(void) {
-  return (thrum_scene_link_def){
+const thrum_scene_body_def *scene_body_def_whole(const thrum_scene_body_def *def,
+                                                 thrum_scene_body_def *whole) {
+  if (def == NULL || def->cookie == sizeof *def)
+    return def;
+
+  // a def that is none is refused as such
+  *whole = thrum_default_scene_body_def();
+  if (def->cookie < offsetof(thrum_scene_body_def, state) + sizeof(uint32_t) ||
+      !are_sizes(def->cookie, def->state.cookie))
+    return NULL;
+  copy_body((body_parts){(void *)whole, sizeof *whole, sizeof whole->state},
+            (body_parts){(void *)(uintptr_t)def, def->cookie, def->state.cookie});
+  return whole;
+}
+
+void thrum_scene_solid_def_init(thrum_scene_solid_def *def, size_t size) {
+  const thrum_scene_solid_def defaults = {.cookie = sizeof(thrum_scene_solid_def),
+                                          THRUM_SOLID_FIELDS(THRUM_VALUE)};
+  thrum_def_fill(def, size, &defaults, sizeof defaults);
+}
+
+void thrum_scene_wind_def_init(thrum_scene_wind_def *def, size_t size) {
+  const thrum_scene_wind_def defaults = {.cookie = sizeof(thrum_scene_wind_def),
+                                         THRUM_WIND_FIELDS(THRUM_VALUE)};
+  thrum_def_fill(def, size, &defaults, sizeof defaults);
+}
+
+void thrum_scene_link_def_init(thrum_scene_link_def *def, size_t size) {
+  const thrum_scene_link_def defaults = {
       .cookie = sizeof(thrum_scene_link_def), .other = -1, THRUM_LINK_FIELDS(THRUM_VALUE)};
+  thrum_def_fill(def, size, &defaults, sizeof defaults);
 }
 
 #define KIND_NUMBER(value) .kind = THRUM_FIELD_DOUBLE, .width = 1

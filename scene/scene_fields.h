@@ -8,4 +8,9 @@
  * THRUM_BAD_VALUE and its name as the field of the error. */
 thrum_status scene_fields_check(thrum_scene_record record, const void *def, thrum_error *error);
 
+/* The def as the library knows it, where the caller's may be of an earlier version; NULL where it
+ * is none. */
+const thrum_scene_body_def *scene_body_def_whole(const thrum_scene_body_def *def,
+                                                 thrum_scene_body_def *whole);
+
 #endif

@@ -20,7 +20,7 @@ static void add_obstacles(const thrum_scene *scene, const scene_body *body, int3
   thrum_touch touch;
   if (body->touch == NULL)
     return;
-  for (int64_t n = 0; thrum_contact_touch(body->touch->contact, n, &touch, NULL) >= 0; n++)
+  for (int64_t n = 0; thrum_contact_touch_get(body->touch->contact, n, &touch, NULL) >= 0; n++)
     if (from < 0 || touch.obstacle == from)
       add(scene, 1.0, touch.force, touch.impulse, force);
 }
@@ -30,7 +30,7 @@ static void add_obstacles(const thrum_scene *scene, const scene_body *body, int3
 static void add_others(const thrum_scene *scene, int32_t body, thrum_scene_thing from,
                        double force[3]) {
   thrum_pair_touch touch;
-  for (int64_t n = 0; thrum_scene_collision(scene, n, &touch, NULL) >= 0; n++)
+  for (int64_t n = 0; thrum_scene_collision_get(scene, n, &touch, NULL) >= 0; n++)
     for (int side = 0; side < 2; side++) {
       const thrum_scene_thing other = thrum_scene_thing_of(touch.bodies[1 - side]);
       const bool is_from = other.kind == from.kind && other.number == from.number;

@@ -23,6 +23,7 @@
 #include "scene/scene_placement.h"
 #include "scene/scene_shape.h"
 
+#include "core/base/def.h"
 #include "core/base/finite.h"
 #include "core/base/intervals.h"
 #include "core/base/vec3.h"
@@ -541,6 +542,8 @@ static thrum_status tie(thrum_scene *scene, const scene_link *link, int32_t by,
 
 thrum_status thrum_scene_add_link(thrum_scene *scene, const thrum_scene_link_def *def,
                                   int32_t *number, thrum_error *error) {
+  thrum_scene_link_def whole = thrum_default_scene_link_def();
+  def = thrum_def_whole(def, &whole, sizeof whole);
   scene_body *bodies[2] = {NULL, NULL};
   THRUM_TRY(check_def(scene, def, error));
   THRUM_TRY(check_body(scene, def->body, def->vertices, def->count, def->sides, bodies, error));

@@ -71,8 +71,8 @@ static thrum_status check_number(const thrum_scene *scene, int32_t number, thrum
                          (int)number, (int)scene->obstacle_count);
 }
 
-thrum_status thrum_scene_obstacle(const thrum_scene *scene, int32_t number,
-                                  thrum_obstacle *obstacle, thrum_error *error) {
+thrum_status thrum_scene_obstacle_get(const thrum_scene *scene, int32_t number,
+                                      thrum_obstacle *obstacle, thrum_error *error) {
   THRUM_TRY(check_number(scene, number, error));
   *obstacle = scene->obstacles[number];
   return THRUM_OK;

@@ -227,9 +227,9 @@ thrum_contact_pairs_report thrum_scene_collisions(const thrum_scene *scene) {
   return thrum_contact_pairs_report_get(scene->pairs.contact);
 }
 
-thrum_status thrum_scene_collision(const thrum_scene *scene, int64_t index, thrum_pair_touch *touch,
-                                   thrum_error *error) {
-  return thrum_contact_pairs_touch(scene->pairs.contact, index, touch, error);
+thrum_status thrum_scene_collision_get(const thrum_scene *scene, int64_t index,
+                                       thrum_pair_touch *touch, thrum_error *error) {
+  return thrum_contact_pairs_touch_get(scene->pairs.contact, index, touch, error);
 }
 
 thrum_status thrum_scene_account_get(thrum_scene *scene, thrum_scene_account *account,

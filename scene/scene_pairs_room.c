@@ -11,6 +11,8 @@
 
 #include <stdlib.h>
 
+#include "core/base/def.h"
+
 /* The next power of two, so that bodies which are added one by one seldom need new room. */
 static int64_t round_up(int64_t count) {
   int64_t room = 1;
@@ -173,9 +175,13 @@ static void forget(thrum_scene *scene) {
 
 thrum_status thrum_scene_set_collisions(thrum_scene *scene, const thrum_contact_pairs_def *def,
                                         thrum_error *error) {
-  thrum_contact_pairs_def checked = def != NULL ? *def : thrum_default_contact_pairs_def();
+  thrum_contact_pairs_def checked = thrum_default_contact_pairs_def();
   size_t size = 0;
-  THRUM_TRY(scene_fields_check(THRUM_SCENE_RECORD_PAIRS, &checked, error));
+  const thrum_contact_pairs_def *given = thrum_def_whole(def, &checked, sizeof checked);
+  if (def != NULL) {
+    THRUM_TRY(scene_fields_check(THRUM_SCENE_RECORD_PAIRS, given, error));
+    checked = *given;
+  }
 
   // the scene says how much room there has to be
   checked.member_max = checked.vertex_max = checked.node_max = checked.rank_max = 1;

@@ -75,8 +75,8 @@ int32_t thrum_scene_probe_body(const thrum_scene *scene, int32_t probe) {
   return found ? found->body : -1;
 }
 
-thrum_status thrum_scene_probe(thrum_scene *scene, int32_t number, double position[3],
-                               double velocity[3], thrum_error *error) {
+thrum_status thrum_scene_probe_get(thrum_scene *scene, int32_t number, double position[3],
+                                   double velocity[3], thrum_error *error) {
   const scene_probe *probe = probe_at(scene, number);
   if (probe == NULL)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "there is no probe %d: the scene has %d",

@@ -30,8 +30,8 @@ int64_t thrum_scene_load_count(const thrum_scene *scene, int32_t number) {
                                                         : 0; // the first is gravity
 }
 
-thrum_status thrum_scene_body_load(const thrum_scene *scene, int32_t number, int64_t index,
-                                   thrum_scene_load *load, thrum_error *error) {
+thrum_status thrum_scene_load_get(const thrum_scene *scene, int32_t number, int64_t index,
+                                  thrum_scene_load *load, thrum_error *error) {
   // the first load of a body is its weight, which is not counted here
   scene_body *body = NULL;
   THRUM_TRY(scene_body_at(scene, number, &body, error));

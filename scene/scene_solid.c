@@ -12,6 +12,7 @@
 #include "scene/scene_pairs_room.h"
 #include "scene/scene_solid_shape.h"
 
+#include "core/base/def.h"
 #include "core/base/intervals.h"
 
 #include <math.h>
@@ -183,6 +184,8 @@ static void free_solid(scene_solid *solid) {
 
 thrum_status thrum_scene_add_solid(thrum_scene *scene, const thrum_scene_solid_def *def,
                                    int32_t *number, thrum_error *error) {
+  thrum_scene_solid_def whole = thrum_default_scene_solid_def();
+  def = thrum_def_whole(def, &whole, sizeof whole);
   scene_solid made = {0};
   THRUM_TRY(check_def(def, error));
   if (!scene_grow(&scene->solids, scene->solid_count + 1, sizeof *scene->solids))

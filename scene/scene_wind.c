@@ -19,6 +19,7 @@
 #include "scene/scene_placement.h"
 #include "scene/scene_shape.h"
 
+#include "core/base/def.h"
 #include "core/base/finite.h"
 
 #include <math.h>
@@ -26,6 +27,8 @@
 
 thrum_status thrum_scene_set_wind(thrum_scene *scene, const thrum_scene_wind_def *def,
                                   thrum_error *error) {
+  thrum_scene_wind_def whole = thrum_default_scene_wind_def();
+  def = thrum_def_whole(def, &whole, sizeof whole);
   THRUM_TRY(scene_fields_check(THRUM_SCENE_RECORD_WIND, def, error));
   const double air = 0.5 * def->density * def->drag;
   if (!isfinite(air))

@@ -21,7 +21,7 @@ static bool is_touching(const thrum_scene *scene, const double point[3]) {
   thrum_obstacle obstacle;
   double normal[3];
   for (int32_t n = 0; n < thrum_scene_obstacle_count(scene); n++)
-    if (thrum_scene_obstacle(scene, n, &obstacle, NULL) == THRUM_OK &&
+    if (thrum_scene_obstacle_get(scene, n, &obstacle, NULL) == THRUM_OK &&
         thrum_obstacle_gap(&obstacle, point, normal) <= 0.0)
       return true;
   return false;
@@ -59,7 +59,7 @@ const float *EXPORT(page_touches)(thrum_scene *scene) {
   const int64_t touching = thrum_scene_collisions(scene).touching;
   for (int64_t n = 0; n < touching; n++) {
     thrum_pair_touch touch;
-    if (thrum_scene_collision(scene, n, &touch, NULL) == THRUM_OK)
+    if (thrum_scene_collision_get(scene, n, &touch, NULL) == THRUM_OK)
       add_place(touch.position);
   }
   return places;

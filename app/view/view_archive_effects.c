@@ -36,7 +36,7 @@ void view_archive_add_loads(cJSON *body, const scene_run *run, int32_t n) {
   for (int64_t l = 0; l < thrum_scene_load_count(run->scene, n); l++) {
     thrum_scene_load load;
     cJSON *object = json_add_row(loads);
-    if (thrum_scene_body_load(run->scene, n, l, &load, NULL) < 0)
+    if (thrum_scene_load_get(run->scene, n, l, &load, NULL) < 0)
       continue;
     add_course(object, &load.course);
 

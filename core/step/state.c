@@ -14,6 +14,7 @@
 #include <string.h>
 
 #include "core/base/alignment_check.h"
+#include "core/base/def.h"
 #include "core/base/finite.h"
 #include "core/polynomial/polynomial_private.h"
 #include "core/schemes/discrete_gradient.h"
@@ -119,6 +120,8 @@ static void fill_header(thrum_state *state, const thrum_model *model, const thru
  * only checked. */
 static thrum_status make_header(const thrum_model *model, const thrum_state_def *def,
                                 const size_t *size, thrum_state *header, thrum_error *error) {
+  thrum_state_def whole = thrum_default_state_def();
+  def = thrum_def_whole(def, &whole, sizeof whole);
   THRUM_TRY(thrum_state_def_check(model, def, error));
   if (!size)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "size is NULL");
@@ -141,6 +144,8 @@ thrum_status thrum_state_size(const thrum_model *model, const thrum_state_def *d
 
 thrum_status thrum_state_init(void *memory, size_t memory_size, const thrum_model *model,
                               const thrum_state_def *def, thrum_state **state, thrum_error *error) {
+  thrum_state_def whole = thrum_default_state_def();
+  def = thrum_def_whole(def, &whole, sizeof whole);
   size_t size;
   THRUM_TRY(thrum_state_size(model, def, &size, error));
   if (!memory || !state)

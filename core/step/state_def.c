@@ -4,13 +4,14 @@
 
 #include <math.h>
 
+#include "core/base/def.h"
 #include "core/polynomial/points.h"
 #include "core/schemes/schemes.h"
 
 #define TOLERANCE_MOST 1e-2 /* that a definition may ask for */
 
-thrum_state_def thrum_default_state_def(void) {
-  const thrum_state_def def = {
+void thrum_state_def_init(thrum_state_def *def, size_t size) {
+  const thrum_state_def defaults = {
       .cookie = sizeof(thrum_state_def),
       .integrator = THRUM_INTEGRATOR_ENERGY,
       .dt = 0.003,
@@ -35,7 +36,7 @@ thrum_state_def thrum_default_state_def(void) {
       .solver = THRUM_SOLVER_QUASI_NEWTON,
       .frequency_matched = 1,
   };
-  return def;
+  thrum_def_fill(def, size, &defaults, sizeof defaults);
 }
 
 thrum_status thrum_state_check_model(const thrum_model *model, thrum_error *error) {
@@ -140,7 +141,7 @@ static thrum_status check_parts(const thrum_state_def *def, thrum_error *error) 
 thrum_status thrum_state_def_check(const thrum_model *model, const thrum_state_def *def,
                                    thrum_error *error) {
   THRUM_TRY(thrum_state_check_model(model, error));
-  if (!def || def->cookie != sizeof *def)
+  if (!def)
     return thrum_error_set(error, THRUM_UNINITIALISED_DEF,
                            "the state's def was not made by thrum_default_state_def");
 

@@ -27,18 +27,23 @@ static bool unseen(const identify_parameter *p) {
          (p->kind < IDENTIFY_START_Q && p->deviation > UNSEEN_FROM * fabs(p->value));
 }
 
-const char *identify_status_name(const identify_fit *fit) {
+const char *identify_flag(const identify_fit *fit) {
   if (!fit->converged)
     return "unconverged";
   for (int64_t n = 0; n < fit->count; n++)
     if (unseen(&fit->parameters[n]))
       return "unseen";
-  return "done";
+  return NULL;
+}
+
+static const char *word_of(const identify_fit *fit) {
+  const char *flag = identify_flag(fit);
+  return flag ? flag : "done";
 }
 
 cJSON *identify_report_object(const identify_fit *fit) {
   const identify_request *request = fit->request;
-  cJSON *object = json_report("identify", identify_status_name(fit));
+  cJSON *object = json_report("identify", word_of(fit));
   json_string(object, "model", request->model_path);
   json_string(object, "recording", request->recording_path);
   json_number(object, "rows", (double)fit->recording.rows);
@@ -84,7 +89,7 @@ void identify_report_table(const identify_fit *fit) {
   printf("cost         %.3g s, %" PRId64 " iterations, %" PRId64 " runs of up to %" PRId64
          " steps\n",
          fit->seconds, fit->iterations, fit->runs, fit->steps);
-  printf("status       %s\n", identify_status_name(fit));
+  printf("status       %s\n", word_of(fit));
   if (fit->request->output != NULL)
     printf("files        %s\n", fit->request->output);
 }

@@ -7,8 +7,8 @@
 
 #include "driver/identify/identify_fit.h"
 
-/* "done", or what flags it: "unconverged", "unseen" (a parameter does not show). */
-const char *identify_status_name(const identify_fit *fit);
+/* What flags it, NULL where nothing does: "unconverged", "unseen" (a parameter does not show). */
+const char *identify_flag(const identify_fit *fit);
 
 /* The report as an object, which the caller prints or deletes. */
 cJSON *identify_report_object(const identify_fit *fit);

@@ -13,7 +13,7 @@
 #define TWIN 1e-3        /* of a frequency: modes that near are one pair */
 #define TAIL_WARNED 1e-3 /* of the kinetic energy in the last two harmonics */
 
-const char *response_status_name(const response_curve *curve, const response_worth *worth) {
+const char *response_flag(const response_curve *curve, const response_worth *worth) {
   switch (curve->report.end) {
   case THRUM_RESPONSE_END_LOST:
     return "lost";
@@ -27,7 +27,12 @@ const char *response_status_name(const response_curve *curve, const response_wor
   case THRUM_RESPONSE_END_CLOSED:
     break;
   }
-  return worth->count > 0 && !(worth->largest <= curve->request->check_error) ? "missed" : "done";
+  return worth->count > 0 && !(worth->largest <= curve->request->check_error) ? "missed" : NULL;
+}
+
+static const char *word_of(const response_curve *curve, const response_worth *worth) {
+  const char *flag = response_flag(curve, worth);
+  return flag ? flag : "done";
 }
 
 static double hertz(double omega) {
@@ -119,7 +124,7 @@ static void add_worth(const response_curve *c, const response_worth *worth, cJSO
 
 cJSON *response_report_object(const response_curve *curve, const response_worth *worth) {
   const response_request *request = curve->request;
-  cJSON *object = json_report("response", response_status_name(curve, worth));
+  cJSON *object = json_report("response", word_of(curve, worth));
   json_string(object, "model", request->model_path);
   json_number(object, "rank", (double)curve->shape->rank);
   json_number(object, "coordinates", (double)curve->stepped->rank);
@@ -212,7 +217,7 @@ void response_report_table(const response_curve *curve, const response_worth *wo
            100 * worth->points[n].mesh, 100 * worth->points[n].model);
   printf("cost         %.3g s, %d iterations, %d factorisations\n", curve->seconds,
          (int)report->iterations, (int)report->factorisations);
-  printf("status       %s\n", response_status_name(curve, worth));
+  printf("status       %s\n", word_of(curve, worth));
   if (request->output != NULL)
     printf("files        %s\n", request->output);
 }

@@ -7,8 +7,8 @@
 
 #include "driver/response/response_worth.h"
 
-/* "done", or what flags it: "lost", "points", "stopped", "missed". */
-const char *response_status_name(const response_curve *curve, const response_worth *worth);
+/* What flags it, NULL where nothing does: "lost", "points", "stopped", "missed". */
+const char *response_flag(const response_curve *curve, const response_worth *worth);
 
 /* The report as an object, which the caller prints or deletes. */
 cJSON *response_report_object(const response_curve *curve, const response_worth *worth);

@@ -79,7 +79,7 @@ typedef struct met_pair {
 static int64_t sum_up(const scene_run *run, met_pair *pairs) {
   thrum_pair_touch touch;
   int64_t count = 0;
-  for (int64_t n = 0; thrum_scene_collision(run->scene, n, &touch, NULL) >= 0; n++) {
+  for (int64_t n = 0; thrum_scene_collision_get(run->scene, n, &touch, NULL) >= 0; n++) {
     if (touch.bodies[0] == touch.bodies[1])
       continue;
 

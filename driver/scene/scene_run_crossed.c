@@ -83,7 +83,7 @@ static double find_nearest(const scene_run *run, int32_t bodies[2]) {
   bodies[0] = bodies[1] = -1;
   for (int64_t n = 0; n < of.touching; n++) {
     thrum_pair_touch touch;
-    if (thrum_scene_collision(run->scene, n, &touch, NULL) < 0 || touch.distance >= nearest)
+    if (thrum_scene_collision_get(run->scene, n, &touch, NULL) < 0 || touch.distance >= nearest)
       continue;
     nearest = touch.distance;
     memcpy(bodies, touch.bodies, sizeof touch.bodies);

@@ -121,7 +121,7 @@ static bool find_near(const body_now *now) {
   memset(now->one, 0, 3 * (size_t)now->body->model->vertex_count * sizeof *now->one);
   for (int32_t o = 0; o < thrum_scene_obstacle_count(now->run->scene); o++) {
     thrum_obstacle obstacle;
-    if (thrum_scene_obstacle(now->run->scene, o, &obstacle, NULL) < 0)
+    if (thrum_scene_obstacle_get(now->run->scene, o, &obstacle, NULL) < 0)
       continue;
     for (int64_t n = 0; n < def->touch_count; n++) {
       const int32_t v = def->touch[n];
@@ -160,7 +160,7 @@ static void add_touches(const body_now *now) {
   const thrum_contact_pairs_report of = thrum_scene_collisions(now->run->scene);
   for (int64_t n = 0; n < of.touching + of.struck; n++) {
     thrum_pair_touch touch;
-    if (thrum_scene_collision(now->run->scene, n, &touch, NULL) < 0)
+    if (thrum_scene_collision_get(now->run->scene, n, &touch, NULL) < 0)
       break;
     for (int side = 0; side < 2; side++) {
       double force[3];

@@ -152,7 +152,7 @@ thrum_status scene_run_record_probes(scene_run *run, int64_t step, double time,
   // position and velocity of each probe
   for (int32_t n = 0; n < thrum_scene_probe_count(run->scene); n++) {
     double x[3], v[3];
-    THRUM_TRY(thrum_scene_probe(run->scene, n, x, v, error));
+    THRUM_TRY(thrum_scene_probe_get(run->scene, n, x, v, error));
 
     done = done && fprintf(run->probes, ",%.17g,%.17g,%.17g,%.17g,%.17g,%.17g", x[0], x[1], x[2],
                            v[0], v[1], v[2]) > 0;

@@ -94,7 +94,7 @@ static uint64_t hash_world(uint64_t hash, const scene_run *run) {
   }
   for (int64_t n = 0; n < run->spec.obstacles.count; n++) {
     thrum_obstacle obstacle;
-    if (thrum_scene_obstacle(run->scene, (int32_t)n, &obstacle, NULL) >= 0)
+    if (thrum_scene_obstacle_get(run->scene, (int32_t)n, &obstacle, NULL) >= 0)
       hash = hash_obstacle(hash, &obstacle);
   }
   return hash;
@@ -125,7 +125,7 @@ uint64_t scene_trial_hash(const scene_run *run, int32_t n) {
   // loads count as they act on the coordinates of the body
   for (int64_t l = 0; l < thrum_scene_load_count(run->scene, n); l++) {
     thrum_scene_load load;
-    if (thrum_scene_body_load(run->scene, n, l, &load, NULL) < 0)
+    if (thrum_scene_load_get(run->scene, n, l, &load, NULL) < 0)
       continue;
     hash = hash_numbers(hash_course(hash, &load.course), load.reduced, rank);
     if (load.parts != NULL)
@@ -152,7 +152,7 @@ static thrum_status fill(scene_trial *trial, thrum_error *error) {
   // loads as the engine has reduced them already
   for (int64_t l = 0; l < thrum_scene_load_count(run->scene, trial->number); l++) {
     thrum_scene_load load;
-    THRUM_TRY(thrum_scene_body_load(run->scene, trial->number, l, &load, error));
+    THRUM_TRY(thrum_scene_load_get(run->scene, trial->number, l, &load, error));
     THRUM_TRY(thrum_scene_add_load(trial->scene, 0, &load, error));
   }
   THRUM_TRY(scene_run_wind(run, trial->scene));

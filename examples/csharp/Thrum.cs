@@ -47,7 +47,13 @@ namespace Thrum {
     public int BorrowsScratch;
     public int UntrainedFlow;
 
-    public static StateDef Default { get { return Native.thrum_default_state_def(); } }
+    public static StateDef Default {
+      get {
+        StateDef def = new StateDef();
+        Native.thrum_state_def_init(ref def, (UIntPtr)Marshal.SizeOf(typeof(StateDef)));
+        return def;
+      }
+    }
   }
 
   /// <summary>thrum_energies [J].</summary>
@@ -70,7 +76,7 @@ namespace Thrum {
     public const string Library = "thrum";
 
     [DllImport(Library)] public static extern IntPtr thrum_version();
-    [DllImport(Library)] public static extern StateDef thrum_default_state_def();
+    [DllImport(Library)] public static extern void thrum_state_def_init(ref StateDef def, UIntPtr size);
     [DllImport(Library)] public static extern int thrum_model_load(byte[] path, out IntPtr model, ref NativeError error);
     [DllImport(Library)] public static extern void thrum_model_destroy(IntPtr model);
     [DllImport(Library)] public static extern int thrum_state_create(IntPtr model, ref StateDef def, out IntPtr state, ref NativeError error);

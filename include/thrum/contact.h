@@ -157,8 +157,16 @@ typedef struct thrum_contact_def {
   double tolerance;
 } thrum_contact_def;
 
-/* A def with every default set. Any thread. */
-THRUM_API thrum_contact_def thrum_default_contact_def(void);
+/* A def with every default set. size: of the def as the caller knows it, which may be
+ * that of an earlier version (docs/versioning.md). Any thread. */
+THRUM_API void thrum_contact_def_init(thrum_contact_def *def, size_t size);
+
+/* The same as a value. */
+static inline thrum_contact_def thrum_default_contact_def(void) {
+  thrum_contact_def def;
+  thrum_contact_def_init(&def, sizeof def);
+  return def;
+}
 
 /* Opaque: lives at the start of the memory given to thrum_contact_init. */
 typedef struct thrum_contact thrum_contact;
@@ -287,8 +295,8 @@ THRUM_API thrum_contact_report thrum_contact_report_get(const thrum_contact *con
 /* Touch `index` (0-based, below the report's touching) of the last step into *touch, behind them
  * the places of impacts (as many as the report's struck); THRUM_INVALID_ARGUMENT beyond the last.
  */
-THRUM_API thrum_status thrum_contact_touch(thrum_contact *contact, int64_t index,
-                                           thrum_touch *touch, thrum_error *error);
+THRUM_API thrum_status thrum_contact_touch_get(thrum_contact *contact, int64_t index,
+                                               thrum_touch *touch, thrum_error *error);
 
 /* Force of pull `index` (0-based) on the body, mean over the last step [N], into `force`;
  * THRUM_INVALID_ARGUMENT beyond the last. */

@@ -94,8 +94,16 @@ typedef struct thrum_contact_pairs_def {
   THRUM_PAIRS_FIELDS(THRUM_MEMBER)
 } thrum_contact_pairs_def;
 
-/* A def with every default set. Any thread. */
-THRUM_API thrum_contact_pairs_def thrum_default_contact_pairs_def(void);
+/* A def with every default set. size: of the def as the caller knows it, which may be
+ * that of an earlier version (docs/versioning.md). Any thread. */
+THRUM_API void thrum_contact_pairs_def_init(thrum_contact_pairs_def *def, size_t size);
+
+/* The same as a value. */
+static inline thrum_contact_pairs_def thrum_default_contact_pairs_def(void) {
+  thrum_contact_pairs_def def;
+  thrum_contact_pairs_def_init(&def, sizeof def);
+  return def;
+}
 
 /* Opaque: lives at the start of the memory given to thrum_contact_pairs_init. */
 typedef struct thrum_contact_pairs thrum_contact_pairs;
@@ -246,8 +254,9 @@ thrum_contact_pairs_report_get(const thrum_contact_pairs *pairs);
 /* Touch `index` (0-based, below the report's touching) of the last step, behind them the impacts
  * (as many as the report's struck); THRUM_INVALID_ARGUMENT beyond the last. Impacts are listed
  * where touches leave room below touch_max. */
-THRUM_API thrum_status thrum_contact_pairs_touch(const thrum_contact_pairs *pairs, int64_t index,
-                                                 thrum_pair_touch *touch, thrum_error *error);
+THRUM_API thrum_status thrum_contact_pairs_touch_get(const thrum_contact_pairs *pairs,
+                                                     int64_t index, thrum_pair_touch *touch,
+                                                     thrum_error *error);
 
 /* Distance of a point from a closed surface [m], negative inside: `count` x 3 0-based vertices of
  * the triangles, counter-clockwise from outside. Inside is where the triangles wind about the point

@@ -58,8 +58,16 @@ typedef struct thrum_equilibrium_def {
   thrum_kernel_id kernel;
 } thrum_equilibrium_def;
 
-/* A def with every default set. Any thread. */
-THRUM_API thrum_equilibrium_def thrum_default_equilibrium_def(void);
+/* A def with every default set. size: of the def as the caller knows it, which may be
+ * that of an earlier version (docs/versioning.md). Any thread. */
+THRUM_API void thrum_equilibrium_def_init(thrum_equilibrium_def *def, size_t size);
+
+/* The same as a value. */
+static inline thrum_equilibrium_def thrum_default_equilibrium_def(void) {
+  thrum_equilibrium_def def;
+  thrum_equilibrium_def_init(&def, sizeof def);
+  return def;
+}
 
 /* How the path lost its stability first. */
 typedef enum thrum_instability {

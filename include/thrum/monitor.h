@@ -79,8 +79,16 @@ typedef struct thrum_monitor_def {
   double load_share_most;
 } thrum_monitor_def;
 
-/* A def with every default set. Any thread. */
-THRUM_API thrum_monitor_def thrum_default_monitor_def(void);
+/* A def with every default set. size: of the def as the caller knows it, which may be
+ * that of an earlier version (docs/versioning.md). Any thread. */
+THRUM_API void thrum_monitor_def_init(thrum_monitor_def *def, size_t size);
+
+/* The same as a value. */
+static inline thrum_monitor_def thrum_default_monitor_def(void) {
+  thrum_monitor_def def;
+  thrum_monitor_def_init(&def, sizeof def);
+  return def;
+}
 
 /* Results of the looks at one state. The caller owns it and starts it with thrum_monitor_clear. */
 typedef struct thrum_monitor_record {

@@ -92,8 +92,16 @@ typedef struct thrum_response_def {
   const double *load_mean, *load_cosine, *load_sine;
 } thrum_response_def;
 
-/* A def with every default set. Any thread. */
-THRUM_API thrum_response_def thrum_default_response_def(void);
+/* A def with every default set. size: of the def as the caller knows it, which may be
+ * that of an earlier version (docs/versioning.md). Any thread. */
+THRUM_API void thrum_response_def_init(thrum_response_def *def, size_t size);
+
+/* The same as a value. */
+static inline thrum_response_def thrum_default_response_def(void) {
+  thrum_response_def def;
+  thrum_response_def_init(&def, sizeof def);
+  return def;
+}
 
 /* What a point of the curve is. */
 #define THRUM_RESPONSE_KIND_LIST(X)                                                                \

@@ -82,8 +82,17 @@ typedef struct thrum_scene_body_def {
   THRUM_BODY_FIELDS(THRUM_MEMBER)
 } thrum_scene_body_def;
 
-/* A def with every default set; the model is NULL. Any thread. */
-THRUM_API thrum_scene_body_def thrum_default_scene_body_def(void);
+/* A def with every default set; the model is NULL. size: of the def as the caller knows it, which
+ * may be that of an earlier version (docs/versioning.md). state_size: of its member `state`. Any
+ * thread. */
+THRUM_API void thrum_scene_body_def_init(thrum_scene_body_def *def, size_t size, size_t state_size);
+
+/* The same as a value. */
+static inline thrum_scene_body_def thrum_default_scene_body_def(void) {
+  thrum_scene_body_def def;
+  thrum_scene_body_def_init(&def, sizeof def, sizeof def.state);
+  return def;
+}
 
 /* Axes of a body or an obstacle with this rotation, a quaternion w, x, y, z of any length > 0:
  * 3 x 3 row-major, from body axes to the world. THRUM_BAD_VALUE for numbers that are not finite or
@@ -121,7 +130,7 @@ typedef enum thrum_scene_load_kind {
   THRUM_SCENE_FORCE = 0,        /* one force that vertices share equally */
   THRUM_SCENE_FIELD = 1,        /* a force on each vertex */
   THRUM_SCENE_ACCELERATION = 2, /* an acceleration of the whole body */
-  THRUM_SCENE_REDUCED = 3       /* as thrum_scene_body_load gave it */
+  THRUM_SCENE_REDUCED = 3       /* as thrum_scene_load_get gave it */
 } thrum_scene_load_kind;
 
 /* A load over time on one body, in world axes. Zero-initialise it and set the fields of its kind
@@ -167,8 +176,8 @@ THRUM_API int64_t thrum_scene_load_count(const thrum_scene *scene, int32_t body)
 
 /* Load `index` of a body into *load, as a reduced one. The scene owns its arrays, which stay until
  * something is added. */
-THRUM_API thrum_status thrum_scene_body_load(const thrum_scene *scene, int32_t body, int64_t index,
-                                             thrum_scene_load *load, thrum_error *error);
+THRUM_API thrum_status thrum_scene_load_get(const thrum_scene *scene, int32_t body, int64_t index,
+                                            thrum_scene_load *load, thrum_error *error);
 
 /* Accelerates the ground under all bodies: by a motion sampled in time, which must outlive the
  * scene and have velocities and positions; or by `amplitude` [m/s^2] times a course. Bodies,
@@ -194,8 +203,16 @@ typedef struct thrum_scene_wind_def {
   THRUM_WIND_FIELDS(THRUM_MEMBER)
 } thrum_scene_wind_def;
 
-/* A def with every default set. Any thread. */
-THRUM_API thrum_scene_wind_def thrum_default_scene_wind_def(void);
+/* A def with every default set. size: of the def as the caller knows it, which may be
+ * that of an earlier version (docs/versioning.md). Any thread. */
+THRUM_API void thrum_scene_wind_def_init(thrum_scene_wind_def *def, size_t size);
+
+/* The same as a value. */
+static inline thrum_scene_wind_def thrum_default_scene_wind_def(void) {
+  thrum_scene_wind_def def;
+  thrum_scene_wind_def_init(&def, sizeof def);
+  return def;
+}
 
 /* Sets a wind that drags on the triangles of all bodies: each vertex gets 1/2 density drag A |v| v
  * with the velocity v of the air past it and A the area that its share of the triangles at rest
@@ -213,8 +230,8 @@ THRUM_API thrum_status thrum_scene_add_obstacle(thrum_scene *scene, const thrum_
 THRUM_API int32_t thrum_scene_obstacle_count(const thrum_scene *scene);
 
 /* Gets an obstacle where it is now, and sets one from now on; their number stays. */
-THRUM_API thrum_status thrum_scene_obstacle(const thrum_scene *scene, int32_t number,
-                                            thrum_obstacle *obstacle, thrum_error *error);
+THRUM_API thrum_status thrum_scene_obstacle_get(const thrum_scene *scene, int32_t number,
+                                                thrum_obstacle *obstacle, thrum_error *error);
 THRUM_API thrum_status thrum_scene_set_obstacle(thrum_scene *scene, int32_t number,
                                                 const thrum_obstacle *obstacle, thrum_error *error);
 
@@ -241,8 +258,16 @@ typedef struct thrum_scene_solid_def {
   THRUM_SOLID_FIELDS(THRUM_MEMBER)
 } thrum_scene_solid_def;
 
-/* A def with every default set. Any thread. */
-THRUM_API thrum_scene_solid_def thrum_default_scene_solid_def(void);
+/* A def with every default set. size: of the def as the caller knows it, which may be
+ * that of an earlier version (docs/versioning.md). Any thread. */
+THRUM_API void thrum_scene_solid_def_init(thrum_scene_solid_def *def, size_t size);
+
+/* The same as a value. */
+static inline thrum_scene_solid_def thrum_default_scene_solid_def(void) {
+  thrum_scene_solid_def def;
+  thrum_scene_solid_def_init(&def, sizeof def);
+  return def;
+}
 
 /* Adds a solid; *number (may be NULL) gets its number, from 0 on, apart from those of obstacles.
  * All bodies with triangles touch it, with their def's restitution and friction replaced by the
@@ -285,8 +310,8 @@ THRUM_API thrum_contact_pairs_report thrum_scene_collisions(const thrum_scene *s
 /* Touch `index` (0-based, below the report's touching) of the last step, or an impact behind them
  * (as many as the report's struck); thrum_scene_thing_of says what its bodies are.
  * THRUM_INVALID_ARGUMENT beyond the last. */
-THRUM_API thrum_status thrum_scene_collision(const thrum_scene *scene, int64_t index,
-                                             thrum_pair_touch *touch, thrum_error *error);
+THRUM_API thrum_status thrum_scene_collision_get(const thrum_scene *scene, int64_t index,
+                                                 thrum_pair_touch *touch, thrum_error *error);
 
 /* What a body touches, by its number among those of its kind. */
 typedef enum thrum_scene_kind {
@@ -368,8 +393,16 @@ typedef struct thrum_scene_link_def {
   const thrum_scene_link_side *sides;
 } thrum_scene_link_def;
 
-/* A def with every default set. Any thread. */
-THRUM_API thrum_scene_link_def thrum_default_scene_link_def(void);
+/* A def with every default set. size: of the def as the caller knows it, which may be
+ * that of an earlier version (docs/versioning.md). Any thread. */
+THRUM_API void thrum_scene_link_def_init(thrum_scene_link_def *def, size_t size);
+
+/* The same as a value. */
+static inline thrum_scene_link_def thrum_default_scene_link_def(void) {
+  thrum_scene_link_def def;
+  thrum_scene_link_def_init(&def, sizeof def);
+  return def;
+}
 
 /* Links two bodies, or a body and the world, as they are now; *number (may be NULL) gets the
  * link's number, from 0 on. A joint begins to hold in the next step, and what did not move together
@@ -693,8 +726,8 @@ THRUM_API const char *thrum_scene_probe_name(const thrum_scene *scene, int32_t p
 THRUM_API int32_t thrum_scene_probe_body(const thrum_scene *scene, int32_t probe);
 
 /* Position [m] and velocity [m/s] of a probe in the world; velocity may be NULL. */
-THRUM_API thrum_status thrum_scene_probe(thrum_scene *scene, int32_t probe, double position[3],
-                                         double velocity[3], thrum_error *error);
+THRUM_API thrum_status thrum_scene_probe_get(thrum_scene *scene, int32_t probe, double position[3],
+                                             double velocity[3], thrum_error *error);
 
 /* What has fields by the rows of thrum/fields.h. */
 typedef enum thrum_scene_record {

@@ -279,8 +279,16 @@ typedef struct thrum_state_def {
   int32_t untrained_flow;
 } thrum_state_def;
 
-/* A def with every default set. Any thread. */
-THRUM_API thrum_state_def thrum_default_state_def(void);
+/* A def with every default set. size: of the def as the caller knows it, which may be
+ * that of an earlier version (docs/versioning.md). Any thread. */
+THRUM_API void thrum_state_def_init(thrum_state_def *def, size_t size);
+
+/* The same as a value. */
+static inline thrum_state_def thrum_default_state_def(void) {
+  thrum_state_def def;
+  thrum_state_def_init(&def, sizeof def);
+  return def;
+}
 
 /* --- a state's life --------------------------------------------------------------------------- */
 

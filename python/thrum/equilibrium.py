@@ -79,7 +79,8 @@ def find(model: Model, load: Any, q: Any, options: dict[str, Any]) -> Equilibriu
     force = _native.doubles(load, (rank,), "load")
     at = np.zeros(rank) if q is None else _native.doubles(q, (rank,), "q").copy()
     mode = np.zeros(rank)
-    definition = ffi.new("thrum_equilibrium_def *", lib.thrum_default_equilibrium_def())
+    definition = ffi.new("thrum_equilibrium_def *")
+    lib.thrum_equilibrium_def_init(definition, ffi.sizeof("thrum_equilibrium_def"))
     for name, value in options.items():
         if name not in _OPTIONS:
             raise TypeError(f"an equilibrium has no option {name!r}; it has: {', '.join(_OPTIONS)}")

@@ -49,7 +49,8 @@ class Monitor:
     """
 
     def __init__(self, model: Model, **options: Unpack[MonitorOptions]) -> None:
-        definition = ffi.new("thrum_monitor_def *", lib.thrum_default_monitor_def())
+        definition = ffi.new("thrum_monitor_def *")
+        lib.thrum_monitor_def_init(definition, ffi.sizeof("thrum_monitor_def"))
         for name, value in options.items():
             if name not in _OPTIONS:
                 raise TypeError(f"a monitor has no option {name!r}; it has: {', '.join(_OPTIONS)}")

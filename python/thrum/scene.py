@@ -495,7 +495,7 @@ class Scene:
     def obstacle(self, number: int) -> Obstacle:
         """An obstacle where it is now."""
         found = Obstacle()
-        self._call(lib.thrum_scene_obstacle, number, found._def.c)
+        self._call(lib.thrum_scene_obstacle_get, number, found._def.c)
         return found
 
     def set_obstacle(self, number: int, obstacle: Obstacle) -> None:
@@ -556,7 +556,7 @@ class Scene:
         found, touch = [], ffi.new("thrum_pair_touch *")
         collisions = self.collisions
         for index in range(int(collisions["touching"] + collisions["struck"])):
-            self._call(lib.thrum_scene_collision, index, touch)
+            self._call(lib.thrum_scene_collision_get, index, touch)
             things = [lib.thrum_scene_thing_of(number) for number in touch.bodies]
             first, second = (self.bodies[thing.number] if thing.kind == lib.THRUM_SCENE_BODY else thing.number for thing in things)
             position, force, normal, impulse = (_native.read_only(np.array(list(getattr(touch, name))))

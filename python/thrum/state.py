@@ -63,7 +63,8 @@ class StateOptions(TypedDict, total=False):
 
 def state_def(options: dict[str, Any]) -> Any:
     """A thrum_state_def with these fields; TypeError for one that it does not have."""
-    definition = ffi.new("thrum_state_def *", lib.thrum_default_state_def())
+    definition = ffi.new("thrum_state_def *")
+    lib.thrum_state_def_init(definition, ffi.sizeof("thrum_state_def"))
     for name, value in options.items():
         if name in _TYPES:
             set_choice(definition, name, value)

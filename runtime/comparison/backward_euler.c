@@ -36,16 +36,15 @@ static thrum_status step(const thrum_model *model, const thrum_state *state, thr
   return THRUM_OK;
 }
 
-static thrum_mode_factor frequency(const thrum_model *model, const thrum_state *state, int32_t i,
-                                   double z) {
+thrum_mode_factor thrum_backward_euler_frequency(const thrum_model *model, const thrum_state *state,
+                                                 int32_t i, double z) {
   const double square = z * z;
   (void)model, (void)state, (void)i;
   return (thrum_mode_factor){1.0 / (1.0 + square), z / (1.0 + square)};
 }
 
-/* By the forces at the end of the step. */
-static thrum_mode_answer answer(const thrum_model *model, const thrum_state *state, int32_t own,
-                                int32_t i) {
+thrum_mode_answer thrum_backward_euler_answer(const thrum_model *model, const thrum_state *state,
+                                              int32_t own, int32_t i) {
   (void)model, (void)state, (void)own, (void)i;
   return (thrum_mode_answer){1.0, 1.0, 1.0, 1.0};
 }
@@ -55,7 +54,7 @@ const thrum_scheme_row thrum_backward_euler_scheme = {
     .integrator = THRUM_INTEGRATOR_BACKWARD_EULER,
     .form = -1,
     .step = step,
-    .frequency = frequency,
-    .answer = answer,
+    .frequency = thrum_backward_euler_frequency,
+    .answer = thrum_backward_euler_answer,
     .problem = problem,
 };

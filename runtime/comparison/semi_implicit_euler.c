@@ -16,6 +16,7 @@
 #include "core/base/finite.h"
 #include "core/linear_algebra/dense.h"
 #include "core/polynomial/polynomial_private.h"
+#include "runtime/comparison/backward_euler.h"
 
 /* Makes the matrix from T(q) in jacobian_next, and the right-hand side in p_next from R(q) in
  * force. */
@@ -63,26 +64,12 @@ static thrum_status step(const thrum_model *model, const thrum_state *state, thr
              : THRUM_NOT_FINITE;
 }
 
-static thrum_mode_factor frequency(const thrum_model *model, const thrum_state *state, int32_t i,
-                                   double z) {
-  const double square = z * z;
-  (void)model, (void)state, (void)i;
-  return (thrum_mode_factor){1.0 / (1.0 + square), z / (1.0 + square)};
-}
-
-/* By the forces at the end of the step. */
-static thrum_mode_answer answer(const thrum_model *model, const thrum_state *state, int32_t own,
-                                int32_t i) {
-  (void)model, (void)state, (void)own, (void)i;
-  return (thrum_mode_answer){1.0, 1.0, 1.0, 1.0};
-}
-
 const thrum_scheme_row thrum_semi_implicit_euler_scheme = {
     .scheme = THRUM_SCHEME_SEMI_IMPLICIT_EULER,
     .integrator = THRUM_INTEGRATOR_SEMI_IMPLICIT_EULER,
     .form = -1,
     .keeps_nothing = true,
     .step = step,
-    .frequency = frequency,
-    .answer = answer,
+    .frequency = thrum_backward_euler_frequency,
+    .answer = thrum_backward_euler_answer,
 };

@@ -36,9 +36,9 @@
 #include "core/solve/implicit_problem.h"
 #include "runtime/condensed/average_field.h"
 #include "runtime/condensed/following.h"
+#include "runtime/condensed/increment_solve.h"
 
 #define TOLERANCE 1e-6 /* of a residual over the step, where the def names none */
-#define SLOW 0.2       /* residual over the one before: a new Jacobian */
 #define PROJECTED 1e-8 /* residual of the projection over the velocity */
 
 /* A step being solved. The arrays are of the slaves, but for what says otherwise. */
@@ -113,7 +113,8 @@ static void damp(const motion *m, const double *d) {
 }
 
 /* F(d) of the increment in view->unknown, with J(xm) d and u' - u. */
-static void evaluate(const motion *m) {
+static bool evaluate(void *of) {
+  const motion *m = of;
   thrum_state_view *view = m->view;
   const double h = m->state->def.dt;
   const double *d = view->unknown;
@@ -134,10 +135,12 @@ static void evaluate(const motion *m) {
     total[i] = 2.0 * (d[i] / h - view->p[i]) + view->product[i] - h * view->load[i];
   thrum_follow_back(&m->follow, view->middle, m->image, total);
   thrum_average_field_add(m->model, m->state, view, d, total);
+  return true;
 }
 
 /* The inverse of the Jacobian at the present increment into jacobian_next; false: there is none. */
-static bool make_inverse(const motion *m, thrum_solve_report *report) {
+static bool make_inverse(void *of, thrum_solve_report *report) {
+  const motion *m = of;
   thrum_state_view *view = m->view;
   const double h = m->state->def.dt;
   const int64_t k = m->masters;
@@ -167,52 +170,12 @@ static bool make_inverse(const motion *m, thrum_solve_report *report) {
 }
 
 /* Newton's method; the increment stays in view->unknown. */
-static thrum_status solve(const motion *m, thrum_solve_report *report) {
-  const thrum_state_def *def = &m->state->def;
-  thrum_state_view *view = m->view;
-  const double h = def->dt, tolerance = def->tolerance > 0.0 ? def->tolerance : TOLERANCE;
-  const double *inverse = m->state->jacobian_kept ? view->inverse[0] : NULL;
-  double last = INFINITY;
-  thrum_average_field_guess(m->state, view);
-
-  // a body that hardly moves is judged by what has moved it before
-  const double floor = THRUM_ROUNDING_FLOOR * m->state->amplitude;
-  for (int32_t done = 0;; done++) {
-    evaluate(m);
-    double step = 0.0, error = 0.0;
-    for (int64_t i = 0; i < m->masters; i++) {
-      const double scale = 1.0 + 0.25 * h * h * m->model->omega2[i];
-      step += scale * (view->unknown[i] * view->unknown[i]);
-      error += view->residual[i] * view->residual[i] / scale;
-    }
-    step = sqrt(step);
-    error = 0.5 * h * sqrt(error);
-
-    // the error that the residual stands for is judged by the increment, in the same norm
-    report->saw_nonfinite = !isfinite(error);
-    if (report->saw_nonfinite)
-      return THRUM_NOT_FINITE;
-    if (error <= tolerance * step + floor) {
-      report->residual = step > 0.0 ? error / step : 0.0;
-      return THRUM_OK;
-    }
-
-    // an inverse that no longer leaves little is made anew
-    if (done == def->iterations_max)
-      return THRUM_NOT_CONVERGED;
-    if (!inverse || error > SLOW * last) {
-      if (!make_inverse(m, report))
-        return THRUM_NOT_CONVERGED;
-      inverse = view->jacobian_next;
-    }
-
-    // one step of Newton's method with that inverse
-    view->kernel->product(m->masters, m->masters, inverse, view->residual, view->direction);
-    for (int64_t i = 0; i < m->masters; i++)
-      view->unknown[i] -= view->direction[i];
-    report->iterations++;
-    last = error;
-  }
+static thrum_status solve(motion *m, thrum_solve_report *report) {
+  const thrum_increment increment = {m->model, m->state,     m->view, TOLERANCE,
+                                     evaluate, make_inverse, m};
+  thrum_average_field_guess(m->state, m->view);
+  return thrum_increment_solve(&increment, m->state->jacobian_kept ? m->view->inverse[0] : NULL,
+                               report);
 }
 
 /* --- the end of the step ---------------------------------------------------------------------- */
@@ -276,7 +239,7 @@ static double dissipation_of(const motion *m) {
 
 thrum_status thrum_step_manifold(const thrum_model *model, const thrum_state *state,
                                  thrum_state_view *view, thrum_solve_report *report) {
-  const motion m = motion_of(model, state, view);
+  motion m = motion_of(model, state, view);
   thrum_follow(&m.follow, view->q, view->p, m.before);
   THRUM_TRY(solve(&m, report));
   report->dissipation = dissipation_of(&m);

@@ -42,6 +42,7 @@
 #include "core/step/step.h"
 #include "runtime/condensed/average_field.h"
 #include "runtime/condensed/following.h"
+#include "runtime/condensed/increment_solve.h"
 #include "runtime/frames/inertia_private.h"
 #include "runtime/frames/rigid_frame_private.h"
 #include "runtime/guard/fallback.h"
@@ -49,7 +50,6 @@
 
 #define TOLERANCE 1e-8 /* of a residual over the step, where the def names none */
 #define KEPT_STEPS 8   /* after which a Jacobian is made anew */
-#define SLOW 0.2       /* residual over the one before: a new Jacobian */
 #define GIVEN_BACK 0.5 /* share of the energy of the shape that a solve may have left */
 #define WORK_COUNT 40  /* doubles of scratch a coordinate */
 
@@ -225,7 +225,8 @@ static double rotation_force(const motion *m, int64_t i) {
 }
 
 /* The residual of the increment in view->unknown; false where the shape has no inertia. */
-static bool evaluate(motion *m) {
+static bool evaluate(void *of) {
+  motion *m = of;
   thrum_state_view *view = m->view;
   const double h = m->state->def.dt;
   if (!fill_after(m))
@@ -279,7 +280,8 @@ static void assemble(const motion *m) {
 
 /* The inverse of the Jacobian, transposed as products read it, into jacobian_next; false: there is
  * none. */
-static bool make_inverse(const motion *m, thrum_solve_report *report) {
+static bool make_inverse(void *of, thrum_solve_report *report) {
+  const motion *m = of;
   thrum_state_view *view = m->view;
   int32_t *pivots = (int32_t *)(void *)view->pivots_next;
   const int32_t r = (int32_t)m->r;
@@ -295,58 +297,13 @@ static bool make_inverse(const motion *m, thrum_solve_report *report) {
   return report->refreshed;
 }
 
-/* Scaled norms of the residual, as an increment, and of the increment (manifold.c). */
-static double measure(const motion *m, double *step) {
-  const thrum_state_view *view = m->view;
-  const double h = m->state->def.dt;
-  double error = 0.0, square = 0.0;
-  for (int64_t i = 0; i < m->r; i++) {
-    const double scale = 1.0 + 0.25 * h * h * m->model->omega2[i];
-    square += scale * (view->unknown[i] * view->unknown[i]);
-    error += view->residual[i] * view->residual[i] / scale;
-  }
-  *step = sqrt(square);
-  return 0.5 * h * sqrt(error);
-}
-
 /* Newton's method from the guess in view->unknown; the increment stays there. */
 static thrum_status solve(motion *m, thrum_solve_report *report) {
-  const thrum_state_def *def = &m->state->def;
-  thrum_state_view *view = m->view;
-  const double tolerance = def->tolerance > 0.0 ? def->tolerance : TOLERANCE;
+  const thrum_increment increment = {m->model, m->state,     m->view, TOLERANCE,
+                                     evaluate, make_inverse, m};
   const int64_t age = m->state->report.steps - m->state->inverse_step[0];
   const bool kept = m->state->jacobian_kept && age < KEPT_STEPS;
-  const double *inverse = kept ? view->inverse[0] : NULL;
-  double last = INFINITY, step = 0.0;
-
-  // a body that hardly moves is judged by what has moved it before
-  const double floor = THRUM_ROUNDING_FLOOR * m->state->amplitude;
-  for (int32_t done = 0;; done++) {
-    if (!evaluate(m))
-      return THRUM_NOT_CONVERGED;
-    const double error = measure(m, &step);
-    report->saw_nonfinite = !isfinite(error);
-    if (report->saw_nonfinite)
-      return THRUM_NOT_FINITE;
-    if (error <= tolerance * step + floor) {
-      report->residual = step > 0.0 ? error / step : 0.0;
-      return THRUM_OK;
-    }
-
-    // an inverse that no longer leaves little is made anew
-    if (done == def->iterations_max)
-      return THRUM_NOT_CONVERGED;
-    if (!inverse || error > SLOW * last) {
-      if (!make_inverse(m, report))
-        return THRUM_NOT_CONVERGED;
-      inverse = view->jacobian_next;
-    }
-    view->kernel->product(m->r, m->r, inverse, view->residual, view->direction);
-    for (int64_t i = 0; i < m->r; i++)
-      view->unknown[i] -= view->direction[i];
-    report->iterations++;
-    last = error;
-  }
+  return thrum_increment_solve(&increment, kept ? m->view->inverse[0] : NULL, report);
 }
 
 /* --- a step ----------------------------------------------------------------------------------- */

@@ -13,6 +13,7 @@
 #include <string.h>
 
 #include "core/base/alignment_check.h"
+#include "core/base/def.h"
 #include "core/base/vec3.h"
 #include "runtime/material/material_law.h"
 #include "runtime/readout/stress_private.h"
@@ -48,12 +49,13 @@ const char *thrum_warning_text(thrum_warning warning) {
   return NULL;
 }
 
-thrum_monitor_def thrum_default_monitor_def(void) {
-  return (thrum_monitor_def){.cookie = sizeof(thrum_monitor_def),
-                             .sampled_tet_count = SAMPLED_TETS,
-                             .stretch_least = 1 / sqrt(3.0),
-                             .reach_most = 3,
-                             .load_share_most = 1};
+void thrum_monitor_def_init(thrum_monitor_def *def, size_t size) {
+  const thrum_monitor_def defaults = {.cookie = sizeof(thrum_monitor_def),
+                                      .sampled_tet_count = SAMPLED_TETS,
+                                      .stretch_least = 1 / sqrt(3.0),
+                                      .reach_most = 3,
+                                      .load_share_most = 1};
+  thrum_def_fill(def, size, &defaults, sizeof defaults);
 }
 
 void thrum_monitor_clear(thrum_monitor_record *record) {
@@ -62,9 +64,9 @@ void thrum_monitor_clear(thrum_monitor_record *record) {
 
 static thrum_status check_def(const thrum_model *model, const thrum_monitor_def *def,
                               thrum_error *error) {
-  if (!model || !def)
-    return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "the model or the def is NULL");
-  if (def->cookie != sizeof *def)
+  if (!model)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "the model is NULL");
+  if (!def)
     return thrum_error_set(error, THRUM_UNINITIALISED_DEF,
                            "the def was not made by thrum_default_monitor_def");
   if (!model->basis || !model->tets)
@@ -108,6 +110,8 @@ static thrum_monitor plan(const thrum_model *model, const thrum_monitor_def *def
 
 thrum_status thrum_monitor_size(const thrum_model *model, const thrum_monitor_def *def,
                                 size_t *size, thrum_error *error) {
+  thrum_monitor_def whole = thrum_default_monitor_def();
+  def = thrum_def_whole(def, &whole, sizeof whole);
   THRUM_TRY(check_def(model, def, error));
   if (!size)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "size is NULL");
@@ -190,6 +194,8 @@ static thrum_status fill_sampled_tets(const thrum_model *model, const thrum_moni
 thrum_status thrum_monitor_init(void *memory, size_t memory_size, const thrum_model *model,
                                 const thrum_monitor_def *def, const thrum_monitor **monitor,
                                 thrum_error *error) {
+  thrum_monitor_def whole = thrum_default_monitor_def();
+  def = thrum_def_whole(def, &whole, sizeof whole);
   size_t size;
   THRUM_TRY(thrum_monitor_size(model, def, &size, error));
   if (!memory || !monitor)

@@ -19,6 +19,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "core/base/def.h"
 #include "core/base/finite.h"
 #include "core/linear_algebra/symmetric.h"
 #include "core/step/state_def.h"
@@ -38,16 +39,16 @@
 #define BUCKLING 1e-10      /* of the largest entry: less of an eigenvalue does not buckle a body */
 #define TOLERANCE_MOST 1e-2 /* that a definition may ask for */
 
-thrum_equilibrium_def thrum_default_equilibrium_def(void) {
-  const thrum_equilibrium_def def = {.cookie = sizeof(thrum_equilibrium_def),
-                                     .factor = 1.0,
-                                     .first_step = 0.125,
-                                     .tolerance = 1e-10,
-                                     .steps_max = 2000,
-                                     .iterations_max = 500,
-                                     .stay = 0,
-                                     .kernel = THRUM_KERNEL_BEST};
-  return def;
+void thrum_equilibrium_def_init(thrum_equilibrium_def *def, size_t size) {
+  const thrum_equilibrium_def defaults = {.cookie = sizeof(thrum_equilibrium_def),
+                                          .factor = 1.0,
+                                          .first_step = 0.125,
+                                          .tolerance = 1e-10,
+                                          .steps_max = 2000,
+                                          .iterations_max = 500,
+                                          .stay = 0,
+                                          .kernel = THRUM_KERNEL_BEST};
+  thrum_def_fill(def, size, &defaults, sizeof defaults);
 }
 
 /* --- workspace -------------------------------------------------------------------------------- */
@@ -87,7 +88,7 @@ static thrum_status refuse(thrum_error *error, const char *name, double value, c
 }
 
 static thrum_status check_def(const thrum_equilibrium_def *def, thrum_error *error) {
-  if (!def || def->cookie != sizeof *def)
+  if (!def)
     return thrum_error_set(error, THRUM_UNINITIALISED_DEF,
                            "the def was not made by thrum_default_equilibrium_def");
 
@@ -448,6 +449,8 @@ thrum_status thrum_equilibrium(const thrum_model *model, const thrum_equilibrium
                                void (*visit)(void *context, const thrum_equilibrium_point *point),
                                void *context, thrum_equilibrium_report *report,
                                thrum_error *error) {
+  thrum_equilibrium_def whole = thrum_default_equilibrium_def();
+  def = thrum_def_whole(def, &whole, sizeof whole);
   THRUM_TRY(check_arguments(model, def, load, q, workspace, workspace_size, report, error));
 
   // what is found stays here until it is complete: a failure leaves the outputs as they were

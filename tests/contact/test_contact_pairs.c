@@ -149,14 +149,16 @@ static void what_is_null_is_refused_or_nothing(void **context) {
   assert_int_equal(thrum_contact_pairs_report_get(NULL).steps, 0);
   thrum_contact_pairs_begin(NULL);
   thrum_contact_pairs_reset(NULL);
-  assert_int_equal(thrum_contact_pairs_touch(NULL, 0, &touch, NULL), THRUM_INVALID_ARGUMENT);
+  assert_int_equal(thrum_contact_pairs_touch_get(NULL, 0, &touch, NULL), THRUM_INVALID_ARGUMENT);
 
   // touches that there are, and no others
   f->pairs->history.touch_count = 1;
-  assert_int_equal(thrum_contact_pairs_touch(f->pairs, 0, &touch, NULL), THRUM_OK);
-  assert_int_equal(thrum_contact_pairs_touch(f->pairs, 0, NULL, NULL), THRUM_INVALID_ARGUMENT);
-  assert_int_equal(thrum_contact_pairs_touch(f->pairs, 1, &touch, NULL), THRUM_INVALID_ARGUMENT);
-  assert_int_equal(thrum_contact_pairs_touch(f->pairs, -1, &touch, NULL), THRUM_INVALID_ARGUMENT);
+  assert_int_equal(thrum_contact_pairs_touch_get(f->pairs, 0, &touch, NULL), THRUM_OK);
+  assert_int_equal(thrum_contact_pairs_touch_get(f->pairs, 0, NULL, NULL), THRUM_INVALID_ARGUMENT);
+  assert_int_equal(thrum_contact_pairs_touch_get(f->pairs, 1, &touch, NULL),
+                   THRUM_INVALID_ARGUMENT);
+  assert_int_equal(thrum_contact_pairs_touch_get(f->pairs, -1, &touch, NULL),
+                   THRUM_INVALID_ARGUMENT);
 }
 
 /* --- skins ------------------------------------------------------------------------------------ */

@@ -420,11 +420,11 @@ static void missing_arguments_of_a_contact_are_refused(void **state) {
 
   // a touch that there is, and others
   thrum_touch touch;
-  assert_int_equal(thrum_contact_touch(r.contact, 0, &touch, NULL), THRUM_OK);
-  assert_int_equal(thrum_contact_touch(r.contact, 0, NULL, NULL), THRUM_INVALID_ARGUMENT);
-  assert_int_equal(thrum_contact_touch(r.contact, 1, &touch, NULL), THRUM_INVALID_ARGUMENT);
-  assert_int_equal(thrum_contact_touch(r.contact, -1, &touch, NULL), THRUM_INVALID_ARGUMENT);
-  assert_int_equal(thrum_contact_touch(NULL, 0, &touch, NULL), THRUM_INVALID_ARGUMENT);
+  assert_int_equal(thrum_contact_touch_get(r.contact, 0, &touch, NULL), THRUM_OK);
+  assert_int_equal(thrum_contact_touch_get(r.contact, 0, NULL, NULL), THRUM_INVALID_ARGUMENT);
+  assert_int_equal(thrum_contact_touch_get(r.contact, 1, &touch, NULL), THRUM_INVALID_ARGUMENT);
+  assert_int_equal(thrum_contact_touch_get(r.contact, -1, &touch, NULL), THRUM_INVALID_ARGUMENT);
+  assert_int_equal(thrum_contact_touch_get(NULL, 0, &touch, NULL), THRUM_INVALID_ARGUMENT);
 
   // the same of pulls, of which the step had none
   double force[3];

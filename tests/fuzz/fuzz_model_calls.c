@@ -462,7 +462,7 @@ static void use_contact(const thrum_model *model, fuzz_draw *draw) {
         report.driven, report.granted, report.pulled, thrum_contact_stiffness(one.contact)};
     must_be_finite(said, sizeof said / sizeof said[0]);
     thrum_touch touch;
-    fuzz_check(thrum_contact_touch(one.contact, draw_index(draw, 3), &touch, &error), &error);
+    fuzz_check(thrum_contact_touch_get(one.contact, draw_index(draw, 3), &touch, &error), &error);
     fuzz_check(thrum_contact_pull_force(one.contact, draw_index(draw, 2), force, &error), &error);
     void *copy = block(thrum_contact_bytes(one.contact));
     memcpy(copy, one.contact, thrum_contact_bytes(one.contact));
@@ -531,7 +531,7 @@ static void step_pairs(thrum_contact_pairs *pairs, const thrum_contact_pairs_def
                          report.stored, report.lost,    report.driven};
   must_be_finite(said, sizeof said / sizeof said[0]);
   thrum_pair_touch touch;
-  fuzz_check(thrum_contact_pairs_touch(pairs, draw_index(draw, 3), &touch, &error), &error);
+  fuzz_check(thrum_contact_pairs_touch_get(pairs, draw_index(draw, 3), &touch, &error), &error);
   const size_t kept = thrum_contact_pairs_kept_bytes(pairs);
   void *copy = block(kept), *memory = block(size);
   memcpy(copy, pairs, kept);

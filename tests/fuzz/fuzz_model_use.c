@@ -297,7 +297,7 @@ static void use_scene(const thrum_model *model, fuzz_draw *draw) {
       if (thrum_scene_body_shape(scene, body, q, &error) >= 0)
         must_be_finite(q, model->rank);
       fuzz_check(thrum_scene_body_energies(scene, body, &energies, &error), &error);
-      fuzz_check(thrum_scene_probe(scene, 0, place, velocity, &error), &error);
+      fuzz_check(thrum_scene_probe_get(scene, 0, place, velocity, &error), &error);
       look_at_all(scene);
     }
     fuzz_check(thrum_scene_set_rank(scene, body, draw_index(draw, model->rank + 1), &error),

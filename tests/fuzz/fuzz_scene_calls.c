@@ -81,7 +81,7 @@ static void add_surroundings(thrum_scene *scene, fuzz_draw *draw) {
   obstacle.shape = (thrum_obstacle_shape)draw_index(draw, 3);
   number = draw_number(draw, thrum_scene_obstacle_count(scene));
   fuzz_check(thrum_scene_set_obstacle(scene, number, &obstacle, &error), &error);
-  fuzz_check(thrum_scene_obstacle(scene, number, &obstacle, &error), &error);
+  fuzz_check(thrum_scene_obstacle_get(scene, number, &obstacle, &error), &error);
   const thrum_contact_pairs_def contact = thrum_default_contact_pairs_def();
   fuzz_check(thrum_scene_set_collisions(scene, &contact, &error), &error);
   fuzz_check(
@@ -148,7 +148,7 @@ static void look_at(thrum_scene *scene, int32_t body, const thrum_model *model, 
   fuzz_check(thrum_scene_body_detail(scene, body, &detail, &error), &error);
   fuzz_check(thrum_scene_body_contact_load(scene, body, q, &error), &error);
   const int64_t index = draw_index(draw, thrum_scene_load_count(scene, body) + 2) - 1;
-  fuzz_check(thrum_scene_body_load(scene, body, index, &load, &error), &error);
+  fuzz_check(thrum_scene_load_get(scene, body, index, &load, &error), &error);
   if (thrum_scene_body_vertex(scene, body, draw_index(draw, model->vertex_count + 1), position,
                               velocity, &error) >= 0)
     must_be_finite(position, 3);
@@ -189,7 +189,7 @@ static void look_around(thrum_scene *scene, fuzz_draw *draw) {
   const double said[] = {report.depth, report.normal, report.stored, report.lost, report.driven};
   must_be_finite(said, sizeof said / sizeof said[0]);
   thrum_pair_touch touch;
-  fuzz_check(thrum_scene_collision(scene, draw_index(draw, 4), &touch, &error), &error);
+  fuzz_check(thrum_scene_collision_get(scene, draw_index(draw, 4), &touch, &error), &error);
   double force[3];
   const thrum_scene_thing from = {(thrum_scene_kind)draw_index(draw, 5),
                                   (int32_t)draw_number(draw, thrum_scene_body_count(scene))};

@@ -24,6 +24,12 @@ def called(root):
         with open(path, encoding="utf-8") as file:
             text = re.sub(r'"(?:\\.|[^"\\])*"', '""', test_exports.COMMENT.sub("", file.read()))
         found |= set(re.findall(r"\b(thrum_\w+)\s*\(", text))
+
+    # what a header calls within a function of its own
+    for text in test_exports.read_headers(root).values():
+        for name, body in re.findall(r"static inline \w+ (thrum_\w+)\(\w*\) \{(.*?)\n\}", text, re.DOTALL):
+            if name in found:
+                found |= set(re.findall(r"\b(thrum_\w+)\s*\(", body))
     return found
 
 

@@ -161,9 +161,9 @@ static void a_reduced_load_is_the_load(void **context) {
 
   // the load is read back in reduced coordinates, and only under an index that exists
   assert_int_equal(thrum_scene_load_count(f->scene, first), 1);
-  assert_true(thrum_scene_body_load(f->scene, first, 1, &load, &failure) < 0);
-  assert_true(thrum_scene_body_load(f->scene, first, -1, &load, &failure) < 0);
-  MUST(thrum_scene_body_load(f->scene, first, 0, &load, &failure));
+  assert_true(thrum_scene_load_get(f->scene, first, 1, &load, &failure) < 0);
+  assert_true(thrum_scene_load_get(f->scene, first, -1, &load, &failure) < 0);
+  MUST(thrum_scene_load_get(f->scene, first, 0, &load, &failure));
 
   // reduced loads without numbers, or with a number that is not finite, are refused
   const double nothing[RANK] = {NAN};
@@ -227,8 +227,8 @@ static void turning_a_body_and_its_world_changes_nothing(void **context) {
 
   // the probe of the second scene is the rotated and moved probe of the first
   double x[3], v[3], xt[3], vt[3], x_turned[3], v_turned[3];
-  MUST(thrum_scene_probe(f->scene, 0, x, v, &failure));
-  MUST(thrum_scene_probe(turned, 0, xt, vt, &failure));
+  MUST(thrum_scene_probe_get(f->scene, 0, x, v, &failure));
+  MUST(thrum_scene_probe_get(turned, 0, xt, vt, &failure));
   turn(rotation, x, x_turned);
   turn(rotation, v, v_turned);
   for (int axis = 0; axis < 3; axis++)
@@ -728,7 +728,7 @@ static void a_scene_tells_what_was_set(void **context) {
   obstacle.friction = 0.25;
   MUST(thrum_scene_set_obstacle(f->scene, number, &obstacle, &failure));
   assert_int_equal(thrum_scene_obstacle_count(f->scene), 1);
-  MUST(thrum_scene_obstacle(f->scene, number, &seen, &failure));
+  MUST(thrum_scene_obstacle_get(f->scene, number, &seen, &failure));
   assert_true(seen.friction == 0.25);
 
   // one that cannot be leaves the old one, as does a number that does not exist
@@ -736,7 +736,7 @@ static void a_scene_tells_what_was_set(void **context) {
   assert_true(thrum_scene_set_obstacle(f->scene, number, &obstacle, &failure) < 0);
   obstacle.friction = 0.5;
   assert_true(thrum_scene_set_obstacle(f->scene, number + 1, &obstacle, &failure) < 0);
-  MUST(thrum_scene_obstacle(f->scene, number, &seen, &failure));
+  MUST(thrum_scene_obstacle_get(f->scene, number, &seen, &failure));
   assert_true(seen.friction == 0.25);
 
   // a probe knows its body

@@ -176,7 +176,7 @@ static double listed_impulse(const thrum_scene *scene) {
   double sum = 0;
   for (int64_t n = 0; n < report.struck; n++) {
     thrum_pair_touch touch;
-    MUST(thrum_scene_collision(scene, report.touching + n, &touch, &failure));
+    MUST(thrum_scene_collision_get(scene, report.touching + n, &touch, &failure));
     assert_true(touch.force[2] == 0 && touch.distance > 0);
     sum += touch.impulse[2];
   }
@@ -674,7 +674,7 @@ static int64_t rest_as_stack(const fixture *f, double shift) {
   const thrum_contact_pairs_report report = thrum_scene_collisions(scene);
   for (int64_t n = 0; n < report.touching; n++) {
     thrum_pair_touch touching;
-    MUST(thrum_scene_collision(scene, n, &touching, &failure));
+    MUST(thrum_scene_collision_get(scene, n, &touching, &failure));
     assert_int_equal(touching.bodies[1], touching.bodies[0] + 1);
     between[touching.bodies[0]] -= touching.force[2];
     assert_true(touching.distance > 0);
@@ -738,10 +738,10 @@ static void friction_holds_up_to_its_angle(void **context) {
     for (int k = 0; k < (n == 0 ? 300 : 50); k++)
       MUST(thrum_scene_step(scene, &failure));
     double v[3];
-    MUST(thrum_scene_probe(scene, 0, before, v, &failure));
+    MUST(thrum_scene_probe_get(scene, 0, before, v, &failure));
     for (int k = 0; k < (int)(time / 0.002); k++)
       MUST(thrum_scene_step(scene, &failure));
-    MUST(thrum_scene_probe(scene, 0, x, NULL, &failure));
+    MUST(thrum_scene_probe_get(scene, 0, x, NULL, &failure));
     const double slid = 9.81 * (sin(a) - mu * cos(a)) * time * time / 2 + v[0] * time;
     printf("slope %.3f: %.5f m, expected %.5f m\n", slopes[n], x[0] - before[0], n ? slid : 0);
     if (n == 0)
@@ -1030,12 +1030,12 @@ static bool look_at_touches(const thrum_scene *scene, shared *came) {
   assert_in_range(count, 0, 400);
   if (count < 2)
     return false;
-  MUST(thrum_scene_collision(scene, 0, &first, &failure));
-  MUST(thrum_scene_collision(scene, count - 1, &last, &failure));
+  MUST(thrum_scene_collision_get(scene, 0, &first, &failure));
+  MUST(thrum_scene_collision_get(scene, count - 1, &last, &failure));
   if (last.bodies[0] / 3 <= first.bodies[1] / 3)
     return false;
   for (int64_t n = 0; n < count; n++)
-    MUST(thrum_scene_collision(scene, n, came->touches + n, &failure));
+    MUST(thrum_scene_collision_get(scene, n, came->touches + n, &failure));
   return true;
 }
 
@@ -1099,7 +1099,7 @@ static void let_fall(const shape *s, const thrum_scene_solid_def *solid, double 
   MUST(thrum_scene_add_probe(scene, NULL, 0, NULL, 0, &failure));
   for (int k = 0; k < steps; k++)
     MUST(thrum_scene_step(scene, &failure));
-  MUST(thrum_scene_probe(scene, 0, x, v, &failure));
+  MUST(thrum_scene_probe_get(scene, 0, x, v, &failure));
   const thrum_contact_pairs_report report = thrum_scene_collisions(scene);
   print_message("height %.4f m, deepest %.2f of the thickness\n", x[2], report.deepest_share);
   assert_true(report.deepest_share < 1);
@@ -1570,7 +1570,7 @@ static void a_pull_is_as_strong_where_bodies_touch(void **context) {
     MUST(thrum_scene_add_probe(scene, NULL, 0, NULL, 0, &failure));
     for (int k = 0; k < 5; k++)
       MUST(thrum_scene_step(scene, &failure));
-    MUST(thrum_scene_probe(scene, 0, x[n], NULL, &failure));
+    MUST(thrum_scene_probe_get(scene, 0, x[n], NULL, &failure));
     thrum_scene_destroy(scene);
   }
   print_message("pulled to %.4f and %.4f m\n", x[0][0], x[1][0]);

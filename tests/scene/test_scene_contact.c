@@ -137,14 +137,14 @@ static void a_shove_moves_and_turns_a_free_body(void **context) {
   double before[3], after[3], v[3], centre[3], middle[3];
   MUST(thrum_scene_body_vertex(f->scene, 0, corner, before, NULL, &failure));
   MUST(thrum_scene_add_probe(f->scene, "all", 0, NULL, 0, &failure));
-  MUST(thrum_scene_probe(f->scene, 0, centre, NULL, &failure));
+  MUST(thrum_scene_probe_get(f->scene, 0, centre, NULL, &failure));
 
   // the momentum is force times time
   steps(f->scene, 50);
   thrum_scene_body_info info;
   MUST(thrum_scene_body(f->scene, 0, &info, &failure));
   MUST(thrum_scene_body_vertex(f->scene, 0, corner, after, v, &failure));
-  MUST(thrum_scene_probe(f->scene, 0, middle, v, &failure));
+  MUST(thrum_scene_probe_get(f->scene, 0, middle, v, &failure));
   // mesh and bar are symmetric: the mean of the vertices is the centre of mass
   assert_close(v[2], 0.02 * 0.1 / info.mass, 1e-3);
 
@@ -213,7 +213,7 @@ static void a_spin_is_that_of_the_def_and_stays(void **context) {
 
   // the initial velocity of a vertex is spin times arm
   double x[3], v[3], centre[3];
-  MUST(thrum_scene_probe(f->scene, 0, centre, NULL, &failure));
+  MUST(thrum_scene_probe_get(f->scene, 0, centre, NULL, &failure));
   MUST(thrum_scene_body_vertex(f->scene, 0, 3, x, v, &failure));
   const double arm[3] = {x[0] - centre[0], x[1] - centre[1], x[2] - centre[2]};
   for (int axis = 0; axis < 3; axis++) {
@@ -254,7 +254,7 @@ static void a_drop_ends_on_the_floor(void **context) {
   thrum_scene_body_info info;
   double x[3], v[3];
   MUST(thrum_scene_body(f->scene, 0, &info, &failure));
-  MUST(thrum_scene_probe(f->scene, 0, x, v, &failure));
+  MUST(thrum_scene_probe_get(f->scene, 0, x, v, &failure));
 
   // the lowest vertices of the mesh lie at its z = 0
   const double *first = f->made.model.vertices;
@@ -394,14 +394,14 @@ static void wind_on_a_box_is_its_frontal_drag(void **context) {
   MUST(thrum_scene_body(f->scene, 0, &info, &failure));
   MUST(thrum_scene_add_probe(f->scene, NULL, 0, NULL, 0, &failure));
   steps(f->scene, 1);
-  MUST(thrum_scene_probe(f->scene, 0, x, v, &failure));
+  MUST(thrum_scene_probe_get(f->scene, 0, x, v, &failure));
   const double force = 0.5 * 1.2 * 1.1 * 144 * 4 * 0.3 * 0.2;
   // the mean over the vertices differs from the centre of mass by the strain of the first step
   assert_close(v[0], force * 0.002 / info.mass, 0.2);
 
   // after many steps the velocity has approached the wind as in the closed form
   steps(f->scene, 20000);
-  MUST(thrum_scene_probe(f->scene, 0, x, v, &failure));
+  MUST(thrum_scene_probe_get(f->scene, 0, x, v, &failure));
   // v' = c (w - v)^2 has the solution w - v = w / (1 + c w t)
   const double c = 0.5 * 1.2 * 1.1 * 4 * 0.3 * 0.2 / info.mass, t = 20001 * 0.002;
   assert_close(v[0], 12 - 12 / (1 + c * 12 * t), 1e-3);
@@ -411,7 +411,7 @@ static void wind_on_a_box_is_its_frontal_drag(void **context) {
   MUST(
       thrum_scene_set_wind(f->scene, (thrum_scene_wind_def[1]){wind_of(wind, 1e6, 1.1)}, &failure));
   steps(f->scene, 200);
-  MUST(thrum_scene_probe(f->scene, 0, x, v, &failure));
+  MUST(thrum_scene_probe_get(f->scene, 0, x, v, &failure));
   assert_close(v[0], 12, 0.01);
 }
 
@@ -505,12 +505,12 @@ static void a_snapshot_holds_contact_and_ways(void **context) {
   assert_memory_equal(end, again, size);
 
   // the floor has moved with its velocity for the steps that count
-  MUST(thrum_scene_obstacle(f->scene, 0, &floor, &failure));
+  MUST(thrum_scene_obstacle_get(f->scene, 0, &floor, &failure));
   assert_true(fabs(floor.centre[2] - 160 * 0.002 * 0.1) < 1e-12);
 
   // a reset brings back the floor and starts the count of contact steps again
   MUST(thrum_scene_reset(f->scene, &failure));
-  MUST(thrum_scene_obstacle(f->scene, 0, &floor, &failure));
+  MUST(thrum_scene_obstacle_get(f->scene, 0, &floor, &failure));
   assert_true(floor.centre[2] == 0);
   steps(f->scene, 160);
   MUST(thrum_scene_snapshot(f->scene, again, size, &failure));

@@ -130,7 +130,7 @@ static rest lie(const fixture *f, ground on, double softness, double dt) {
     if (n < count - last)
       continue;
     MUST(thrum_scene_body(scene, 0, &info, &failure));
-    MUST(thrum_scene_probe(scene, 0, x, v, &failure));
+    MUST(thrum_scene_probe_get(scene, 0, x, v, &failure));
     const thrum_contact_pairs_report between = thrum_scene_collisions(scene);
     r.force += (info.contact.normal + between.normal) / (last * info.mass * GRAVITY);
     r.speed = fmax(r.speed, sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]));
@@ -413,12 +413,12 @@ static void slide(const shape *cube, const shape *slab, int on, double share, do
 
   // three parts of 0.2 s
   double x[3];
-  MUST(thrum_scene_probe(scene, 0, x, NULL, &failure));
+  MUST(thrum_scene_probe_get(scene, 0, x, NULL, &failure));
   const double start = x[0];
   for (int n = 0; n < 3; n++) {
     for (int k = 0; k < (int)(0.2 / dt + 0.5); k++)
       MUST(thrum_scene_step(scene, &failure));
-    MUST(thrum_scene_probe(scene, 0, x, NULL, &failure));
+    MUST(thrum_scene_probe_get(scene, 0, x, NULL, &failure));
     where[n] = x[0] - start;
   }
   thrum_scene_destroy(scene);

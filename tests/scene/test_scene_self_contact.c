@@ -221,7 +221,7 @@ static void a_body_that_touches_itself_and_another_keeps_momentum(void **context
     MUST(thrum_scene_step(f->scene, &failure));
     thrum_pair_touch touch;
     for (int64_t n = 0; n < thrum_scene_collisions(f->scene).touching; n++) {
-      MUST(thrum_scene_collision(f->scene, n, &touch, &failure));
+      MUST(thrum_scene_collision_get(f->scene, n, &touch, &failure));
       own = own || touch.bodies[0] == touch.bodies[1];
       both = both || touch.bodies[0] != touch.bodies[1];
     }
@@ -268,7 +268,7 @@ static void what_passes_through_others_does_so_beside_its_own_touches(void **con
     MUST(thrum_scene_step(f->scene, &failure));
     thrum_pair_touch touch;
     for (int64_t n = 0; n < thrum_scene_collisions(f->scene).touching; n++) {
-      MUST(thrum_scene_collision(f->scene, n, &touch, &failure));
+      MUST(thrum_scene_collision_get(f->scene, n, &touch, &failure));
       assert_int_equal(touch.bodies[0], touch.bodies[1]);
       own = true;
     }

@@ -243,7 +243,7 @@ static void stepping_a_scene_allocates_nothing(void **context) {
   const int64_t before = calls;
   for (int k = 0; k < 100; k++) {
     assert_true(thrum_scene_step(scene, NULL) >= 0);
-    assert_int_equal(thrum_scene_probe(scene, 0, x, v, NULL), THRUM_OK);
+    assert_int_equal(thrum_scene_probe_get(scene, 0, x, v, NULL), THRUM_OK);
     assert_int_equal(thrum_scene_body_energies(scene, k % 4, &energies, NULL), THRUM_OK);
   }
 

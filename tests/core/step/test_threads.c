@@ -316,7 +316,8 @@ static void groups_step_on_threads_to_the_bits_of_one(void **context) {
     both += f[0].groups[0].report.touching > 0 && f[0].groups[1].report.touching > 0;
     for (int64_t m = 0; m < reports[0].touching; m++) {
       for (int n = 0; n < 2; n++)
-        assert_int_equal(thrum_contact_pairs_touch(f[n].rooms[0], m, touches + n, NULL), THRUM_OK);
+        assert_int_equal(thrum_contact_pairs_touch_get(f[n].rooms[0], m, touches + n, NULL),
+                         THRUM_OK);
       assert_memory_equal(touches, touches + 1, sizeof *touches);
     }
     for (int m = 0; m < GROUPS; m++)

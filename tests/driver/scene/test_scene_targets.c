@@ -157,7 +157,7 @@ static void probes_are_the_mean_of_their_targets(void **state) {
     const scene_request request = {.path = in_folder("probes.json"), .quiet = true};
     scene_run run;
     open_scene("", more, &request, &run);
-    MUST(thrum_scene_probe(run.scene, 0, place, NULL, &failure));
+    MUST(thrum_scene_probe_get(run.scene, 0, place, NULL, &failure));
     middle_of(run.scene, run.bodies[1].model, forms[n], mean);
     for (int axis = 0; axis < 3; axis++)
       assert_true(fabs(place[axis] - mean[axis]) < 1e-12);
@@ -188,7 +188,7 @@ static void forces_act_on_their_targets(void **state) {
     thrum_scene_load in[2];
     const int64_t last = thrum_scene_load_count(run.scene, 1) - 1;
     for (int k = 0; k < 2; k++)
-      MUST(thrum_scene_body_load(run.scene, 1, last - 1 + k, &in[k], &failure));
+      MUST(thrum_scene_load_get(run.scene, 1, last - 1 + k, &in[k], &failure));
     for (int64_t i = 0; i < 9 * run.bodies[1].model->rank; i++)
       assert_true(fabs(in[0].parts[i] - in[1].parts[i]) <= 1e-12);
     for (int i = 0; i < 9; i++)

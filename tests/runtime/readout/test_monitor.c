@@ -381,7 +381,7 @@ static void missing_arguments_of_a_monitor_are_refused(void **state) {
 
   // a def without its parts
   assert_int_equal(thrum_monitor_size(NULL, &good, &size, NULL), THRUM_INVALID_ARGUMENT);
-  assert_int_equal(thrum_monitor_size(&fields.model, NULL, &size, NULL), THRUM_INVALID_ARGUMENT);
+  assert_int_equal(thrum_monitor_size(&fields.model, NULL, &size, NULL), THRUM_UNINITIALISED_DEF);
   assert_int_equal(thrum_monitor_size(&fields.model, &good, NULL, NULL), THRUM_INVALID_ARGUMENT);
   thrum_monitor_def none = good;
   none.sampled_tet_count = 0;
