@@ -9,6 +9,7 @@
 
 #include "app/results.h"
 #include "driver/model/basis_estimate.h"
+#include "driver/spec/shared_options.h"
 #include "io/json.h"
 #include "io/number_text.h"
 #include "io/shell_word.h"
@@ -100,6 +101,8 @@ static void put_mesh(FILE *stream, const tradeoff_commands *c) {
     put_number(stream, "--scale", reading->scale);
   if (reading->order > 0)
     fprintf(stream, " --order %d", reading->order);
+  if (reading->element != THRUM_ELEMENT_AUTO)
+    put_text(stream, "--element", element_names[reading->element]);
   const char *const texts[] = {reading->unit, reading->regions};
   static const char *const options[] = {"--unit", "--regions"};
   for (int n = 0; n < 2; n++)

@@ -25,6 +25,7 @@ void thrum_mesh_free(thrum_mesh *mesh) {
   free(mesh->tets);
   free(mesh->midsides);
   free(mesh->tet_region);
+  thrum_mesh_drop_solids(mesh);
   free(mesh->materials);
   free(mesh->laws);
   free(mesh->springs);
@@ -39,6 +40,16 @@ void thrum_mesh_free(thrum_mesh *mesh) {
   free(mesh->tet_number);
   free(mesh->notes);
   *mesh = (thrum_mesh){0};
+}
+
+void thrum_mesh_drop_solids(thrum_mesh *mesh) {
+  free(mesh->solid_form);
+  free(mesh->solid_ends);
+  free(mesh->solid_nodes);
+  free(mesh->solid_tet_ends);
+  mesh->solid_form = NULL;
+  mesh->solid_ends = mesh->solid_nodes = mesh->solid_tet_ends = NULL;
+  mesh->solid_count = 0;
 }
 
 thrum_status thrum_mesh_deliver(thrum_status status, thrum_mesh *read, thrum_mesh *mesh) {
@@ -65,7 +76,8 @@ int64_t thrum_mesh_number(const thrum_mesh *mesh, int64_t v) {
 
 thrum_tet_text thrum_mesh_tet_text(const thrum_mesh *mesh, int64_t t) {
   thrum_tet_text name;
-  snprintf(name.text, sizeof name.text, "%s %lld", mesh->cut_elements > 0 ? "element" : "tet",
+  snprintf(name.text, sizeof name.text, "%s %lld",
+           mesh->cut_elements > 0 || mesh->solid_count > 0 ? "element" : "tet",
            mesh->tet_number ? (long long)mesh->tet_number[t] : (long long)t + 1);
   return name;
 }
@@ -127,5 +139,9 @@ uint64_t thrum_mesh_hash(const thrum_mesh *mesh) {
     hash = hash_number(hash, (uint64_t)mesh->tet_region[t]);
   for (int64_t i = 0; i < 6 * mesh->tet_count && mesh->midsides; i++)
     hash = hash_number(hash, (uint64_t)mesh->midsides[i]);
+  for (int64_t i = 0; i < mesh->solid_count; i++)
+    hash = hash_number(hash, mesh->solid_form[i]);
+  for (int64_t i = 0; i < thrum_mesh_solid_nodes(mesh); i++)
+    hash = hash_number(hash, (uint64_t)mesh->solid_nodes[i]);
   return hash;
 }

@@ -48,6 +48,13 @@ typedef struct thrum_mesh {
                             thrum_quadratic_edges; NULL: linear tets */
   int64_t made_midsides; /* the last vertices: middle nodes that are not in the file */
   int32_t *tet_region;   /* tet_count, 0-based */
+  /* Elements that strain as what they are, and not as the tets that they are cut into, which then
+   * are their shape alone. All tets belong to one, one after the other. */
+  int64_t solid_count;     /* 0: the tets are the elements */
+  uint8_t *solid_form;     /* solid_count, thrum_solid_form */
+  int32_t *solid_ends;     /* solid_count: the end of its nodes in solid_nodes */
+  int32_t *solid_nodes;    /* in the order of Abaqus and VTK */
+  int32_t *solid_tet_ends; /* solid_count: the end of its tets */
   int64_t region_count;
   thrum_material *materials; /* region_count */
   thrum_region_law *laws;    /* region_count; NULL: one law, which is not the mesh's to say */
@@ -74,6 +81,14 @@ typedef struct thrum_mesh {
 
 void thrum_mesh_free(thrum_mesh *mesh); /* leaves it empty; an empty (zeroed) mesh is fine */
 
+/* The tets are the elements from now on. */
+void thrum_mesh_drop_solids(thrum_mesh *mesh);
+
+/* The nodes of all solids. */
+static inline int64_t thrum_mesh_solid_nodes(const thrum_mesh *mesh) {
+  return mesh->solid_count > 0 ? mesh->solid_ends[mesh->solid_count - 1] : 0;
+}
+
 /* The end of a reader: hands `read` over to *mesh, or frees it where `status` is a failure, and
  * *mesh is untouched then. Returns `status`. */
 thrum_status thrum_mesh_deliver(thrum_status status, thrum_mesh *read, thrum_mesh *mesh);
@@ -95,7 +110,7 @@ typedef struct thrum_tet_text {
 thrum_tet_text thrum_mesh_tet_text(const thrum_mesh *mesh, int64_t t);
 
 /* 64-bit FNV-1a over vertices, tets, regions, and middle nodes where there are any: identifies the
- * mesh in a model's meta. */
+ * mesh in a model's meta. Solids count where there are any. */
 uint64_t thrum_mesh_hash(const thrum_mesh *mesh);
 
 /* The nodes of tet `t`, corners first, as thrum_quadratic_edges orders them; returns how many, 4 or

@@ -95,7 +95,7 @@ static thrum_status find_middles(thrum_mesh_builder *b, const thrum_element *ele
 /* Keeps the nodes of an element that is cut, from which nodes on its diagonals are placed. */
 static thrum_status keep_nodes(thrum_mesh_builder *b, const thrum_element *element,
                                int64_t *place) {
-  const thrum_solid_shape *shape = &thrum_solid_shapes[element->kind];
+  const thrum_solid_topology *shape = &thrum_solid_shapes[element->kind];
   const int count = shape->corners + (element->quadratic ? shape->edges : 0);
   *place = b->cut_node_count;
   THRUM_TRY(thrum_mesh_grow(&b->cut_nodes, *place, count, sizeof *b->cut_nodes, b->error));
@@ -121,7 +121,45 @@ static bool is_collapsed(const int64_t corners[4]) {
   return false;
 }
 
+/* Keeps an element for finish. */
+static thrum_status keep_element(thrum_mesh_builder *b, const thrum_element *element) {
+  const thrum_solid_topology *shape = &thrum_solid_shapes[element->kind];
+  const bool quadratic = element->quadratic && !b->corners;
+  const int count = shape->corners + (quadratic ? shape->edges : 0);
+  const thrum_kept_element kept = {element->kind,   quadratic,    b->kept_node_count,
+                                   element->number, element->key, element->line};
+  THRUM_TRY(
+      thrum_mesh_grow(&b->kept_nodes, b->kept_node_count, count, sizeof *b->kept_nodes, b->error));
+  memcpy(b->kept_nodes + b->kept_node_count, element->nodes, (size_t)count * sizeof *b->kept_nodes);
+  b->kept_node_count += count;
+  return thrum_mesh_append(&b->kept, &b->kept_count, &kept, sizeof kept, b->error);
+}
+
+thrum_status thrum_builder_solid(thrum_mesh_builder *b, int64_t place) {
+  const thrum_kept_element *kept = &b->kept[place];
+  const int64_t *nodes = b->kept_nodes + kept->nodes;
+  const thrum_element element = {.kind = kept->kind, .key = kept->key, .line = kept->line};
+  const int64_t number = kept->number > 0 ? kept->number : ++b->element_count;
+  int tets[THRUM_SOLID_MIDDLE_TETS_MAX][4];
+
+  // all nodes are corners of a tet
+  const int count = kept->quadratic ? thrum_solid_cut_middles(kept->kind, nodes, tets)
+                                    : thrum_solid_cut(kept->kind, nodes, tets);
+  for (int t = 0; t < count; t++) {
+    int64_t corners[4];
+    const int64_t none[6] = {0};
+    for (int c = 0; c < 4; c++)
+      corners[c] = nodes[tets[t][c]];
+    THRUM_TRY(thrum_mesh_grow(&b->tet_solids, b->tet_count, 1, sizeof *b->tet_solids, b->error));
+    b->tet_solids[b->tet_count] = place;
+    THRUM_TRY(add_tet(b, &element, number, corners, none));
+  }
+  return THRUM_OK;
+}
+
 thrum_status thrum_builder_element(thrum_mesh_builder *b, const thrum_element *given) {
+  if (b->keep_solids)
+    return keep_element(b, given);
   const bool cornered = b->corners && given->quadratic;
   thrum_element by_corners = *given;
   by_corners.quadratic = given->quadratic && !cornered;
@@ -332,5 +370,8 @@ void thrum_builder_free(thrum_mesh_builder *b) {
   free(b->cut_nodes);
   free(b->cuts);
   free(b->region_keys);
+  free(b->kept);
+  free(b->kept_nodes);
+  free(b->tet_solids);
   *b = (thrum_mesh_builder){0};
 }

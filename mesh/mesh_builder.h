@@ -33,6 +33,14 @@ typedef struct thrum_cut {
   int8_t kind, tets;
 } thrum_cut;
 
+/* An element that is kept until all are known. */
+typedef struct thrum_kept_element {
+  thrum_solid kind;
+  bool quadratic;
+  int64_t nodes; /* a place in `kept_nodes` */
+  int64_t number, key, line;
+} thrum_kept_element;
+
 typedef struct thrum_named_list {
   char *name; /* owned */
   int64_t count;
@@ -71,6 +79,11 @@ typedef struct thrum_mesh_builder {
   bool joins_repeats;   /* of tets that come again the first is kept */
   bool corners;         /* elements of order 2 are taken by their corners, and counted */
   int64_t cornered_tets;
+  bool keep_solids; /* hexahedra and wedges become solids of the mesh, where finish can keep them */
+  int64_t kept_count, kept_node_count;
+  thrum_kept_element *kept; /* all elements, in their order */
+  int64_t *kept_nodes;
+  int64_t *tet_solids; /* tet_count: the kept element of each, where there are solids; else NULL */
   thrum_error *error;
 } thrum_mesh_builder;
 
@@ -81,6 +94,8 @@ thrum_status thrum_builder_tet(thrum_mesh_builder *b, const int64_t vertices[4],
 /* The same of an element of any kind and order; its tets are the last ones. All tets of a file must
  * have as many nodes, which finish checks. */
 thrum_status thrum_builder_element(thrum_mesh_builder *b, const thrum_element *element);
+/* The tets of a kept element, which becomes a solid. */
+thrum_status thrum_builder_solid(thrum_mesh_builder *b, int64_t place);
 /* Index of the list of that name, added when it is new; the name must be a good one. */
 thrum_status thrum_builder_list(thrum_mesh_builder *b, const char *name, size_t length,
                                 int64_t *index);

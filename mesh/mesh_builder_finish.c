@@ -117,7 +117,7 @@ static thrum_status join_diagonals(thrum_mesh_builder *b, int64_t *firsts, int64
  * 1/2 or 1/4, less that of the corners by 1/4. What a face gets depends on its nodes alone. */
 static void place_diagonal(const thrum_mesh_builder *b, const thrum_mesh *mesh,
                            const thrum_diagonal *diagonal, int32_t ends[2], double position[3]) {
-  const thrum_solid_shape *shape = &thrum_solid_shapes[diagonal->kind];
+  const thrum_solid_topology *shape = &thrum_solid_shapes[diagonal->kind];
   const int64_t *nodes = b->cut_nodes + diagonal->nodes;
   const double share = diagonal->face >= 0 ? 0.5 : 0.25;
   double centre[3] = {0, 0, 0};
@@ -227,6 +227,8 @@ static thrum_status join_repeats(thrum_mesh_builder *b, thrum_mesh *mesh) {
     mesh->tet_line[kept] = mesh->tet_line[t];
     if (mesh->tet_number)
       mesh->tet_number[kept] = mesh->tet_number[t];
+    if (b->tet_solids)
+      b->tet_solids[kept] = b->tet_solids[t];
     b->keys[kept++] = b->keys[t];
   }
   mesh->tet_count = b->tet_count = kept;
@@ -323,6 +325,79 @@ static void note_cuts(const thrum_mesh_builder *b, thrum_mesh *mesh) {
                       (long long)b->cut_tets, b->middles ? "ten" : "four", more);
 }
 
+/* --- solids ---------------------------------------------------------------------------------- */
+
+/* Has an element a node twice? */
+static bool has_repeat(const int64_t *nodes, int count) {
+  for (int i = 0; i < count; i++)
+    for (int j = i + 1; j < count; j++)
+      if (nodes[i] == nodes[j])
+        return true;
+  return false;
+}
+
+/* Can the elements be solids as they are? Plain tetrahedra need none, and pyramids, elements whose
+ * nodes fall together and meshes of mixed orders are left to the cut. */
+static bool are_solids(const thrum_mesh_builder *b) {
+  bool others = false;
+  for (int64_t i = 0; i < b->kept_count; i++) {
+    const thrum_kept_element *e = &b->kept[i];
+    const thrum_solid_topology *shape = &thrum_solid_shapes[e->kind];
+    if (e->kind == THRUM_SOLID_PYRAMID || e->quadratic != b->kept[0].quadratic ||
+        has_repeat(b->kept_nodes + e->nodes, shape->corners + (e->quadratic ? shape->edges : 0)))
+      return false;
+    others = others || e->kind != THRUM_SOLID_TET;
+  }
+  return others;
+}
+
+/* Makes tets of the elements that were kept, as those of solids or as elements themselves. */
+static thrum_status release_elements(thrum_mesh_builder *b) {
+  const bool solids = are_solids(b);
+  b->keep_solids = false;
+  for (int64_t i = 0; i < b->kept_count; i++) {
+    const thrum_kept_element *e = &b->kept[i];
+    const thrum_element element = {.kind = e->kind,
+                                   .quadratic = e->quadratic,
+                                   .nodes = b->kept_nodes + e->nodes,
+                                   .number = e->number,
+                                   .key = e->key,
+                                   .line = e->line};
+    THRUM_TRY(solids ? thrum_builder_solid(b, i) : thrum_builder_element(b, &element));
+  }
+  return THRUM_OK;
+}
+
+/* Gives the mesh its solids; those that came twice are there once, as their tets are. */
+static thrum_status take_solids(thrum_mesh_builder *b, thrum_mesh *mesh) {
+  if (!b->tet_solids)
+    return THRUM_OK;
+  if (b->kept_node_count > INT32_MAX || mesh->tet_count > INT32_MAX)
+    return thrum_error_set(b->error, THRUM_UNSUPPORTED, "more than 2^31 - 1 nodes of elements");
+  const char *what = "the mesh";
+  THRUM_TRY(thrum_reserve(&mesh->solid_form, b->kept_count, 1, what, b->error));
+  THRUM_TRY(thrum_reserve(&mesh->solid_ends, b->kept_count, sizeof(int32_t), what, b->error));
+  THRUM_TRY(thrum_reserve(&mesh->solid_tet_ends, b->kept_count, sizeof(int32_t), what, b->error));
+  THRUM_TRY(thrum_reserve(&mesh->solid_nodes, b->kept_node_count, sizeof(int32_t), what, b->error));
+
+  // the tets of one stand together
+  int32_t end = 0;
+  for (int64_t t = 0; t < mesh->tet_count; t++) {
+    if (t > 0 && b->tet_solids[t] == b->tet_solids[t - 1]) {
+      mesh->solid_tet_ends[mesh->solid_count - 1]++;
+      continue;
+    }
+    const thrum_kept_element *e = &b->kept[b->tet_solids[t]];
+    const thrum_solid_form form = thrum_solid_form_of(e->kind, e->quadratic);
+    for (int n = 0; n < thrum_solid_forms[form].nodes; n++)
+      mesh->solid_nodes[end++] = (int32_t)thrum_builder_find(b, b->kept_nodes[e->nodes + n]);
+    mesh->solid_form[mesh->solid_count] = (uint8_t)form;
+    mesh->solid_ends[mesh->solid_count] = end;
+    mesh->solid_tet_ends[mesh->solid_count++] = (int32_t)t + 1;
+  }
+  return THRUM_OK;
+}
+
 static thrum_status finish(thrum_mesh_builder *b, const char *name, int64_t *firsts,
                            thrum_mesh *mesh) {
   int64_t diagonals = 0;
@@ -333,6 +408,7 @@ static thrum_status finish(thrum_mesh_builder *b, const char *name, int64_t *fir
   THRUM_TRY(take_vertices(b, mesh));
   if (b->joins_repeats)
     THRUM_TRY(join_repeats(b, mesh));
+  THRUM_TRY(take_solids(b, mesh));
   THRUM_TRY(number_regions(b, name, mesh));
   for (int64_t i = 0; i < b->list_count; i++)
     THRUM_TRY(take_list(b, name, &b->lists[i], mesh));
@@ -346,6 +422,8 @@ static thrum_status finish(thrum_mesh_builder *b, const char *name, int64_t *fir
 
 thrum_status thrum_builder_finish(thrum_mesh_builder *b, const char *name, thrum_mesh *mesh) {
   int64_t *firsts = NULL;
+  if (b->keep_solids)
+    THRUM_TRY(release_elements(b));
   thrum_status status =
       thrum_reserve(&firsts, b->diagonal_count, sizeof *firsts, "the mesh", b->error);
   THRUM_THEN(status, finish(b, name, firsts, mesh));

@@ -16,6 +16,7 @@
 #include "mesh/mesh_clean.h"
 #include "mesh/mesh_faces.h"
 #include "mesh/midsides.h"
+#include "mesh/solids.h"
 #include "mesh/tet_repeats.h"
 #include "platform/allocate.h"
 
@@ -166,6 +167,36 @@ static thrum_status fix_winding(thrum_mesh *mesh, const char *name, thrum_error 
   return THRUM_OK;
 }
 
+/* Reflects the solids that are wound the other way, as all of their tets are. One of which some are
+ * is too twisted. */
+static thrum_status turn_solids(thrum_mesh *mesh, const char *name, thrum_error *error) {
+  int64_t t = 0, first = 0;
+  for (int64_t s = 0; s < mesh->solid_count; first = mesh->solid_ends[s++]) {
+    const int64_t begin = t;
+    int64_t inverted = 0;
+    for (; t < mesh->solid_tet_ends[s]; t++) {
+      double extent;
+      inverted += tet_shape(mesh, t, &extent) < 0;
+    }
+    if (inverted > 0 && inverted < t - begin)
+      return thrum_error_set(error, THRUM_BAD_VALUE,
+                             "%s: %s is so twisted that parts of it lie inside out; mend it, or "
+                             "give --element tet, which cuts it around its centre",
+                             tet_place(mesh, name, begin).text,
+                             thrum_mesh_tet_text(mesh, begin).text);
+    if (inverted == 0)
+      continue;
+
+    // the other winding of all nodes
+    const thrum_solid_form_shape *form = &thrum_solid_forms[mesh->solid_form[s]];
+    int32_t nodes[THRUM_SOLID_NODES_MAX];
+    memcpy(nodes, mesh->solid_nodes + first, (size_t)form->nodes * sizeof *nodes);
+    for (int n = 0; n < form->nodes; n++)
+      mesh->solid_nodes[first + n] = nodes[thrum_solid_mirrored(form->kind, n)];
+  }
+  return THRUM_OK;
+}
+
 /* Refuses faces of three tets, and neighbours on the same side of their face: those are tangled,
  * where inverted tets were only wound the other way. */
 static thrum_status check_faces(const thrum_mesh *mesh, const char *name, thrum_error *error) {
@@ -211,6 +242,8 @@ static void renumber(thrum_mesh *mesh, const int32_t *map, int32_t kept) {
     mesh->tets[i] = map[mesh->tets[i]];
   for (int64_t i = 0; i < 6 * mesh->tet_count && mesh->midsides; i++)
     mesh->midsides[i] = map[mesh->midsides[i]];
+  for (int64_t i = 0; i < thrum_mesh_solid_nodes(mesh); i++)
+    mesh->solid_nodes[i] = map[mesh->solid_nodes[i]];
 
   // a group whose vertices are all dropped goes with them
   int64_t groups = 0;
@@ -284,6 +317,7 @@ thrum_status thrum_mesh_clean(thrum_mesh *mesh, const char *name, double scale,
   THRUM_TRY(scale_vertices(mesh, name, scale, error));
   THRUM_TRY(check_tet_vertices(mesh, name, error));
   THRUM_TRY(check_repeats(mesh, name, error));
+  THRUM_TRY(turn_solids(mesh, name, error));
   THRUM_TRY(fix_winding(mesh, name, error));
   THRUM_TRY(check_faces(mesh, name, error));
   if (mesh->midsides)

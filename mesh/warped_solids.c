@@ -94,7 +94,7 @@ static double cone_volume(const warped_cut *w, const double *top, const int64_t 
 static void examine(const warped_cut *w, int64_t c) {
   const thrum_mesh_builder *b = w->b;
   const thrum_cut *cut = &b->cuts[c];
-  const thrum_solid_shape *shape = &thrum_solid_shapes[cut->kind];
+  const thrum_solid_topology *shape = &thrum_solid_shapes[cut->kind];
   warped_solid *solid = &w->solids[c];
   *solid = (warped_solid){.known = true};
   for (int n = 0; n < CORNERS_MAX; n++) {
@@ -390,7 +390,7 @@ static thrum_status add_cone(warped_cut *w, warped_tets *to, int64_t c, const in
  * diagonal from the corner of the smallest number, as all elements have it. */
 static thrum_status cut_again(warped_cut *w, warped_tets *to, int64_t c, bool *good) {
   const warped_solid *solid = &w->solids[c];
-  const thrum_solid_shape *shape = &thrum_solid_shapes[w->b->cuts[c].kind];
+  const thrum_solid_topology *shape = &thrum_solid_shapes[w->b->cuts[c].kind];
   const warped_key own = make_key(solid->corners, shape->corners);
   const int64_t centre = w->first + w->faces.count + find_key(&w->elements, &own);
   for (int f = 0; f < shape->faces; f++) {

@@ -56,8 +56,7 @@ static double reduced_bytes(const thrum_fem *fem, const thrum_precompute_options
   const double r = options->imported ? (double)options->imported->rank : (double)options->rank;
   if (!options->cubature)
     return 8 * columns * (columns + 800);
-  const double points =
-      fmin((double)(fem->tet_count * fem->point_count), THRUM_CUBATURE_CANDIDATES);
+  const double points = fmin((double)thrum_fem_points(fem), THRUM_CUBATURE_CANDIDATES);
   return 8 * points * (2 * points + 18 * r) +
          (72 + 48 * THRUM_FEM_LANES) * (double)fem->vertex_count + refine_bytes(options, points, r);
 }
@@ -105,7 +104,8 @@ static double most_bytes(const thrum_fem *fem, double entries, const thrum_facto
 
   // the polynomial needs the basis, its products of columns and its coefficients
   const double polynomial = 24 * vertices * r + reduced_bytes(fem, options, columns) - 16 * entries;
-  const double model = coefficient_bytes(options, r) + 24 * vertices + 24 * (double)fem->tet_count;
+  const double model =
+      coefficient_bytes(options, r) + 24 * vertices + 24 * (double)thrum_fem_elements(fem);
   const double kept = options->keep_modes ? 24 * vertices * (double)options->modes : 0;
 
   // stages follow each other, so the largest of them counts
@@ -122,7 +122,8 @@ static double most_bytes_given(const thrum_fem *fem, double entries,
   const double polynomial = options->imported->linear
                                 ? 24 * columns * columns
                                 : reduced_bytes(fem, options, columns) - 16 * entries;
-  const double model = coefficient_bytes(options, r) + 24 * vertices + 24 * (double)fem->tet_count;
+  const double model =
+      coefficient_bytes(options, r) + 24 * vertices + 24 * (double)thrum_fem_elements(fem);
   return fmax(basis, 24 * vertices * r + polynomial) + model;
 }
 
@@ -292,7 +293,7 @@ void thrum_estimate_times(const thrum_fem *fem, const thrum_precompute_options *
 
   // the sizes of the body and of the basis
   const double n = (double)fem->free_count;
-  const double points = (double)(fem->tet_count * fem->point_count);
+  const double points = (double)thrum_fem_points(fem);
   const thrum_law law = options->law == THRUM_LAW_STVK ? fem->law : options->law;
   const double r = (double)options->rank, columns = thrum_options_columns(options);
   const double k = (double)thrum_options_shapes(options);
@@ -346,8 +347,7 @@ void thrum_estimate_times_cg(const thrum_fem *fem, const thrum_precompute_option
   thrum_estimate_times(fem, options, estimate);
   seconds[THRUM_STAGE_factor] = CG_SETUP_PASSES * pass;
   seconds[THRUM_STAGE_modes] = (7 * k + 55) * solve;
-  seconds[THRUM_STAGE_derivatives] =
-      pairs * (solve + 2.5e-8 * (double)(fem->tet_count * fem->point_count));
+  seconds[THRUM_STAGE_derivatives] = pairs * (solve + 2.5e-8 * (double)thrum_fem_points(fem));
 }
 
 thrum_status thrum_precompute_estimate(const thrum_mesh *mesh, const uint8_t *fixed,

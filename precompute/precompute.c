@@ -88,6 +88,11 @@ static void weigh_body(pipeline *p) {
     sums[0] += p->fem.volume[t];
     sums[1] += p->fem.volume[t] * p->fem.density[p->fem.tet_region[t]];
   }
+  const thrum_solid_elements *solids = &p->fem.solids;
+  for (int64_t s = 0; s < solids->count; s++) {
+    sums[0] += solids->volume[s];
+    sums[1] += solids->volume[s] * p->fem.density[solids->region[s]];
+  }
   thrum_ranks_sum(p->ranks, sums, 2);
   p->result.volume = sums[0];
   p->result.mass = sums[1];
@@ -300,7 +305,8 @@ static thrum_status run_modes(pipeline *p, const thrum_reporter *reporter, thrum
   THRUM_THEN(status, thrum_eigen_residuals(&p->stiffness, &p->mass, k, result->mode_omega2,
                                            p->candidates, result->mode_residual, error));
   THRUM_THEN(status, check_mechanism(p, error));
-  if (status >= 0 && !p->fem.rule && !p->ranks && !p->options.order_known) {
+  if (status >= 0 && !p->fem.rule && !p->ranks && !p->options.order_known &&
+      p->fem.solids.count == 0) {
     // a large mesh gets the first two, as each takes some hundredths of the time of all stages
     const int64_t most = p->fem.tet_count > ORDER_ERRORS_TETS ? 2 : THRUM_ORDER_ERRORS_MAX;
     result->order_error_count = k < most ? k : most;
@@ -498,7 +504,7 @@ static thrum_status make_polynomial(pipeline *p, double *linear, const thrum_rep
   // one DSYRK of six rows a point
   const double columns = thrum_options_columns(&p->options);
   p->result.flops[THRUM_STAGE_polynomial] =
-      6 * (double)(p->fem.tet_count * p->fem.point_count) * columns * (columns + 1);
+      6 * (double)thrum_fem_points(&p->fem) * columns * (columns + 1);
   return thrum_polynomial_reduce(&p->fem, model->rank, thrum_options_squared(&p->options),
                                  model->basis, linear, c3, c4, reporter, error);
 }
@@ -608,6 +614,10 @@ thrum_status thrum_precompute(const thrum_mesh *mesh, const uint8_t *fixed,
     return thrum_error_set(error, THRUM_MISSING,
                            "the mesh says no material: give --young, --poisson and --density");
 
+  if (mesh->solid_count > 0 && (p.options.cubature || p.options.law != THRUM_LAW_STVK))
+    return thrum_error_set(error, THRUM_UNSUPPORTED,
+                           "cubature points and laws other than Saint Venant-Kirchhoff's are those "
+                           "of tetrahedra: give --element tet, which cuts the elements");
   if (p.options.law == THRUM_LAW_BY_REGION && !mesh->laws)
     return thrum_error_set(error, THRUM_MISSING, "the regions of the mesh have no laws");
 
@@ -621,6 +631,11 @@ thrum_status thrum_precompute(const thrum_mesh *mesh, const uint8_t *fixed,
 
   // several processes take over where there are any
   const thrum_precompute_shared *shared = options->shared;
+  if (shared != NULL && mesh->solid_count > 0)
+    return thrum_error_set(
+        error, THRUM_UNSUPPORTED,
+        "several processes take tetrahedra alone: give --element tet, which cuts "
+        "the elements, or make the model in one process");
   if (shared != NULL)
     return shared->precompute(shared->context, mesh, fixed, &p.options, result, error);
   if (p.options.solver == THRUM_SOLVER_CG)

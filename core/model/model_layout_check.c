@@ -45,11 +45,11 @@ static thrum_status check_together(const thrum_layout *layout, const int *arrays
 static thrum_status check_version(const thrum_layout *layout, thrum_error *error) {
   int32_t major = get_i4(layout->data[THRUM_ARRAY_format], 0);
   int32_t minor = get_i4(layout->data[THRUM_ARRAY_format], 1);
-  if (major < THRUM_MODEL_FORMAT_MAJOR || major > THRUM_MODEL_FORMAT_MAJOR_REGIONS)
-    return thrum_error_set(
-        error, THRUM_UNSUPPORTED,
-        "array 'format' says version %" PRId32 ".%" PRId32 ", this program reads versions %d to %d",
-        major, minor, THRUM_MODEL_FORMAT_MAJOR, THRUM_MODEL_FORMAT_MAJOR_REGIONS);
+  if (major < THRUM_MODEL_FORMAT_MAJOR || major > THRUM_MODEL_FORMAT_MAJOR_SOLIDS)
+    return thrum_error_set(error, THRUM_UNSUPPORTED,
+                           "array 'format' says version %" PRId32 ".%" PRId32
+                           ", this program reads versions %d to %d",
+                           major, minor, THRUM_MODEL_FORMAT_MAJOR, THRUM_MODEL_FORMAT_MAJOR_SOLIDS);
   if (minor < 0)
     return thrum_error_set(error, THRUM_BAD_VALUE, "array 'format' holds a negative version");
 
@@ -71,6 +71,11 @@ static thrum_status check_version(const thrum_layout *layout, thrum_error *error
                            "array 'format' says version %" PRId32 ".%" PRId32
                            "; a model with 'region_law' has version %d",
                            major, minor, THRUM_MODEL_FORMAT_MAJOR_REGIONS);
+  if (HAS(layout, solid_form) && major < THRUM_MODEL_FORMAT_MAJOR_SOLIDS)
+    return thrum_error_set(error, THRUM_BAD_VALUE,
+                           "array 'format' says version %" PRId32 ".%" PRId32
+                           "; a model with 'solid_form' has version %d",
+                           major, minor, THRUM_MODEL_FORMAT_MAJOR_SOLIDS);
   return THRUM_OK;
 }
 
@@ -164,6 +169,8 @@ thrum_status thrum_layout_check_presence(const thrum_layout *layout, thrum_error
                              THRUM_ARRAY_material, THRUM_ARRAY_fixed};
   static const int groups[] = {THRUM_ARRAY_group_names, THRUM_ARRAY_group_ends,
                                THRUM_ARRAY_group_vertices};
+  static const int solids[] = {THRUM_ARRAY_solid_form, THRUM_ARRAY_solid_ends,
+                               THRUM_ARRAY_solid_nodes, THRUM_ARRAY_solid_tet_ends};
 
   // another version may well lack what this one requires, so the version speaks first
   if (HAS(layout, format)) {
@@ -189,11 +196,18 @@ thrum_status thrum_layout_check_presence(const thrum_layout *layout, thrum_error
                            "vertices, tets, tet_region, material and fixed come together", error));
   THRUM_TRY(check_together(layout, groups, 3,
                            "group_names, group_ends and group_vertices come together", error));
+  THRUM_TRY(check_together(layout, solids, 4,
+                           "solid_form, solid_ends, solid_nodes and solid_tet_ends come together",
+                           error));
+  if (HAS(layout, solid_form) && HAS(layout, midsides))
+    return thrum_error_set(error, THRUM_BAD_SHAPE,
+                           "array 'midsides' does not go with solid_form: its tetrahedra are the "
+                           "shape of other elements");
 
   // arrays whose rows are vertices
   static const int on_mesh[] = {THRUM_ARRAY_basis, THRUM_ARRAY_group_ends, THRUM_ARRAY_rigid,
-                                THRUM_ARRAY_midsides, THRUM_ARRAY_springs};
-  for (int i = 0; i < 5; i++)
+                                THRUM_ARRAY_midsides, THRUM_ARRAY_springs, THRUM_ARRAY_solid_form};
+  for (int i = 0; i < 6; i++)
     if (layout->data[on_mesh[i]] != NULL && !HAS(layout, vertices))
       return thrum_error_set(error, THRUM_MISSING, "array 'vertices' is missing: '%s' needs a mesh",
                              thrum_array_table[on_mesh[i]].name);
@@ -510,11 +524,48 @@ static thrum_status check_springs(const thrum_layout *layout, thrum_error *error
   return THRUM_OK;
 }
 
+// runs of nodes as long as the forms have, and of tetrahedra, that fill both
+static thrum_status check_solids(const thrum_layout *layout, thrum_error *error) {
+  static const int nodes[] = {4, 10, 6, 15, 8, 20, 6, 8};
+  const unsigned char *forms = layout->data[THRUM_ARRAY_solid_form];
+  const unsigned char *ends = layout->data[THRUM_ARRAY_solid_ends];
+  const unsigned char *tet_ends = layout->data[THRUM_ARRAY_solid_tet_ends];
+  const int64_t count = SIZE(layout, solid_count);
+  int64_t end = 0, tet_end = 0;
+  for (int64_t s = 0; s < count; s++) {
+    if (forms[s] >= sizeof nodes / sizeof *nodes)
+      return thrum_error_set(error, THRUM_BAD_VALUE,
+                             "array 'solid_form' holds %u (entry %" PRId64 "); 0 to 7 are forms",
+                             (unsigned)forms[s], s);
+    if (get_i4(ends, s) != end + nodes[forms[s]])
+      return thrum_error_set(error, THRUM_BAD_VALUE,
+                             "array 'solid_ends' holds %" PRId32 " (entry %" PRId64 "); %" PRId64
+                             " is needed",
+                             get_i4(ends, s), s, end + nodes[forms[s]]);
+    end += nodes[forms[s]];
+    if (get_i4(tet_ends, s) <= tet_end)
+      return thrum_error_set(error, THRUM_BAD_VALUE,
+                             "array 'solid_tet_ends' holds %" PRId32 " (entry %" PRId64
+                             "); above %" PRId64 " is needed",
+                             get_i4(tet_ends, s), s, tet_end);
+    tet_end = get_i4(tet_ends, s);
+  }
+  if (end != SIZE(layout, solid_node_count) || tet_end != SIZE(layout, tet_count))
+    return thrum_error_set(error, THRUM_BAD_VALUE,
+                           "arrays 'solid_ends' and 'solid_tet_ends' end at %" PRId64
+                           " and %" PRId64 "; there are %" PRId64 " nodes and %" PRId64
+                           " tetrahedra",
+                           end, tet_end, SIZE(layout, solid_node_count), SIZE(layout, tet_count));
+  return check_indices(layout, THRUM_ARRAY_solid_nodes, SIZE(layout, vertex_count), error);
+}
+
 static thrum_status check_mesh(const thrum_layout *layout, thrum_error *error) {
   THRUM_TRY(check_indices(layout, THRUM_ARRAY_tets, SIZE(layout, vertex_count), error));
   THRUM_TRY(check_indices(layout, THRUM_ARRAY_tet_region, SIZE(layout, region_count), error));
   if (HAS(layout, midsides))
     THRUM_TRY(check_indices(layout, THRUM_ARRAY_midsides, SIZE(layout, vertex_count), error));
+  if (HAS(layout, solid_form))
+    THRUM_TRY(check_solids(layout, error));
   THRUM_TRY(check_material(layout, error));
   if (HAS(layout, springs))
     THRUM_TRY(check_springs(layout, error));

@@ -102,7 +102,7 @@ thrum_status element_order_choose(const precompute_request *request, bool read,
   *order = (element_order){.by = ELEMENT_ORDER_AUTO};
   if (request->reading.order > 0)
     order->by = request->order_of_recipe ? ELEMENT_ORDER_RECIPE : ELEMENT_ORDER_USER;
-  else if (!read || mesh->midsides || request->import_basis)
+  else if (!read || mesh->midsides || mesh->solid_count > 0 || request->import_basis)
     order->by = ELEMENT_ORDER_MESH;
   if (order->by != ELEMENT_ORDER_AUTO)
     return THRUM_OK;

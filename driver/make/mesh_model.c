@@ -56,14 +56,15 @@ int mesh_model_def_check(const char *command, const mesh_model_def *def, bool me
   const bool given = def->fix_count > 0 || def->material_count > 0 || !isnan(material->young) ||
                      !isnan(material->poisson) || !isnan(material->density) ||
                      reading->scale != 1 || reading->order != 0 || reading->unit ||
-                     reading->regions;
+                     reading->regions || reading->element != THRUM_ELEMENT_AUTO;
   if (law_given && region_materials_have_laws(def->materials, def->material_count))
     return config_usage(command, "--law is that of the whole body, and --material gives a region "
                                  "one of its own: leave one out");
   if (!given || mesh)
     return COMMAND_DONE;
-  return config_usage(command, "--fix, --young, --poisson, --density, --material, --scale, --unit, "
-                               "--regions and --order are of a mesh; a model has its own");
+  return config_usage(command,
+                      "--fix, --young, --poisson, --density, --material, --scale, --unit, "
+                      "--regions, --order and --element are of a mesh; a model has its own");
 }
 
 int mesh_model_full_check(const char *command, const char *path, const mesh_model_def *def,
@@ -107,6 +108,8 @@ static thrum_status kept_path(const char *text, const mesh_model_def *def,
 
   // and so does how it is read; a file read as it is keeps its name in the cache
   const thrum_mesh_read_options *reading = &def->reading;
+  if (reading->element != THRUM_ELEMENT_AUTO)
+    hash = hash_bytes(hash, &reading->element, sizeof reading->element);
   if (reading->scale != 1 || reading->order != 0 || reading->unit || reading->regions) {
     snprintf(numbers, sizeof numbers, "%.17g|%d|", reading->scale, reading->order);
     hash = hash_bytes(hash, numbers, strlen(numbers));

@@ -72,6 +72,13 @@ thrum_status mesh_of_model_read(const char *path, thrum_mesh *mesh, uint8_t **fi
     made.midsides = copy(lent.midsides, 6 * lent.tet_count, sizeof *lent.midsides, &whole);
     made.tet_region = copy(lent.tet_region, lent.tet_count, sizeof *lent.tet_region, &whole);
     made.springs = copy(lent.springs, 3 * lent.vertex_count, sizeof *lent.springs, &whole);
+    made.solid_count = lent.solid_count;
+    made.solid_form = copy(lent.solid_form, lent.solid_count, 1, &whole);
+    made.solid_ends = copy(lent.solid_ends, lent.solid_count, sizeof *lent.solid_ends, &whole);
+    made.solid_nodes =
+        copy(lent.solid_nodes, model->solid_node_count, sizeof *lent.solid_nodes, &whole);
+    made.solid_tet_ends =
+        copy(lent.solid_tet_ends, lent.solid_count, sizeof *lent.solid_tet_ends, &whole);
     made.file_vertex_count = lent.vertex_count;
     held = copy(model->fixed, model->vertex_count, 1, &whole);
     copy_groups(model, &made, &whole);

@@ -56,6 +56,7 @@ static void add_mesh_options(cJSON *object, const mesh_model_def *def) {
   json_string(object, "unit", reading->unit);
   json_string(object, "regions", reading->regions);
   json_number(object, "order", reading->order > 0 ? (double)reading->order : NAN);
+  json_string(object, "element", element_names[reading->element]);
 }
 
 cJSON *simulate_options_json(const simulate_request *request) {

@@ -136,6 +136,8 @@ static thrum_status take_order(const config_given *given, void *record) {
   return order_option_take(given, &((thrum_mesh_read_options *)record)->order);
 }
 
+const char *const element_names[] = {"auto", "tet", "solid", "shell", NULL};
+
 #define AT(member) CONFIG_AT(thrum_mesh_read_options, member)
 
 static thrum_status check_unit(const char *text, thrum_error *error) {
@@ -158,6 +160,10 @@ const config_option mesh_read_rows[] = {
                 "mesh has them, but for a model ten nodes where linear ones would be more than "
                 "1 % too stiff, and memory and time allow",
                 .take = take_order, ORDER_FORM),
+    OPTION_CHOICE("element", element_names, "auto",
+                  "hexahedra and wedges stay what they are, thin ones as solid-shells; solid: none "
+                  "is a solid-shell; shell: all of order 1 are; tet: they are cut into tetrahedra",
+                  AT(element)),
     OPTION_END,
 };
 

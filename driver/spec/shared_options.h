@@ -21,6 +21,7 @@ extern const config_option plastic_options[];
 extern const char *const integrator_names[];
 extern const char *const full_solver_names[];
 extern const char *const full_quadrature_names[];
+extern const char *const element_names[]; /* by thrum_element_choice */
 extern const char *const law_names[];
 
 /* The law of the material in a run: the one that was asked for, or the model's. */

@@ -36,6 +36,9 @@ extern "C" {
 /* Versions 4 are those of a model with `region_law`, likewise. */
 #define THRUM_MODEL_FORMAT_MAJOR_REGIONS 4
 #define THRUM_MODEL_FORMAT_MINOR_REGIONS 1
+/* Versions 5 are those of a model with solids, likewise. */
+#define THRUM_MODEL_FORMAT_MAJOR_SOLIDS 5
+#define THRUM_MODEL_FORMAT_MINOR_SOLIDS 0
 /* Added to the minor version of another model with cubature points. */
 #define THRUM_MODEL_FORMAT_MINOR_POINTS 2
 /* Added to that of a model with parameters, `region_energy`. */
@@ -76,7 +79,9 @@ typedef enum thrum_training_number {
   X(law_bytes, "bytes of the name of the law at these points, ended by one 0")                     \
   X(law_count, "regions, where each has a law of its own; 0: all points have one")                 \
   X(energy_size, "numbers of an energy of parameters, rank^2 + c3_count + c4_count; 0: none")      \
-  X(mass_size, "numbers of a mass of parameters, rank (rank + 3); 0: none")
+  X(mass_size, "numbers of a mass of parameters, rank (rank + 3); 0: none")                        \
+  X(solid_count, "elements whose shape alone the tetrahedra are; 0: these are the elements")       \
+  X(solid_node_count, "nodes of all of them")
 
 /* The arrays, in file order. X(type, name, rows, columns, presence, meaning):
  * type f8 | i4 | u1; rows and columns are a size's name or a literal (columns 1: a plain vector);
@@ -88,7 +93,7 @@ typedef enum thrum_training_number {
  * go, or in the place of the law point_region and region_law; region_energy and region_mass
  * together, with c3 and a mesh: thrum/parameters.h). With midsides the tetrahedra have
  * ten nodes: those of a row of tets, its corners, then the middle nodes of the edges 01, 12, 20,
- * 03, 13, 23. */
+ * 03, 13, 23. The four arrays of solids come together, with vertices and without midsides. */
 #define THRUM_MODEL_ARRAYS(X)                                                                      \
   X(i4, format, 2, 1, REQUIRED, "version of the format: major, minor")                             \
   X(u1, meta, meta_bytes, 1, OPTIONAL, "UTF-8 JSON about the model; the runtime never reads it")   \
@@ -132,7 +137,15 @@ typedef enum thrum_training_number {
     "of lambda, then of mu of each region: what 1 Pa adds to U^T K U, c3 and c4")                  \
   X(f8, region_mass, region_count, mass_size, OPTIONAL,                                            \
     "what 1 kg/m^3 of each region adds to U^T M U, then to axis_mass")
-/* basis_rows is 3 * vertex_count, point_rows 9 * point_count, modulus_rows 2 * region_count */
+/* basis_rows is 3 * vertex_count, point_rows 9 * point_count, modulus_rows 2 * region_count */                \
+    "stiffness to the ground along x, y, z, >= 0 [N/m], which omega2 has in it; absent: none") \
+  X(u1, solid_form, solid_count, 1, OPTIONAL,                                                      \
+    "form of each element: 0, 1 tetrahedra of 4, 10 nodes, 2, 3 wedges of 6, 15, 4, 5 hexahedra "  \
+    "of 8, 20, 6, 7 solid-shell wedges and hexahedra")                                             \
+  X(i4, solid_ends, solid_count, 1, OPTIONAL, "end of each element's run in solid_nodes")          \
+  X(i4, solid_nodes, solid_node_count, 1, OPTIONAL, "0-based, in the order of Abaqus and VTK")     \
+  X(i4, solid_tet_ends, solid_count, 1, OPTIONAL, "end of each element's run among the tetrahedra")
+/* basis_rows is 3 * vertex_count, point_rows 9 * point_count */
 
 typedef double thrum_f8;
 typedef int32_t thrum_i4;

@@ -3,6 +3,7 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "mesh/formats/mesh_read.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -10,6 +11,7 @@
 #include "mesh/formats/file_suffix.h"
 #include "mesh/mesh_beam.h"
 #include "mesh/mesh_clean.h"
+#include "mesh/mesh_shells.h"
 #include "mesh/mesh_units.h"
 #include "mesh/midsides.h"
 
@@ -32,7 +34,9 @@ static thrum_status read_file(const char *path, const thrum_mesh_read_options *o
   void *data = NULL;
   size_t size = 0;
   thrum_status status = thrum_file_read(path, &data, &size, error);
-  const thrum_mesh_source source = {path, data, size, options->regions, options->order == 1};
+  const bool solids = options->element != THRUM_ELEMENT_TET && options->order != 2;
+  const thrum_mesh_source source = {path,  data, size, options->regions, options->order == 1,
+                                    solids};
   THRUM_THEN(status, thrum_file_name_memory(path, parse(&source, mesh, error), error));
   free(data);
   return status;
@@ -65,8 +69,8 @@ static thrum_status read_tetgen(const char *path, bool corners, thrum_mesh *mesh
                              &size[i], error);
 
   // the parser needs both texts at once, since tets name nodes
-  const thrum_mesh_source nodes = {names[0], data[0], size[0], NULL, corners};
-  const thrum_mesh_source elements = {names[1], data[1], size[1], NULL, corners};
+  const thrum_mesh_source nodes = {names[0], data[0], size[0], NULL, corners, false};
+  const thrum_mesh_source elements = {names[1], data[1], size[1], NULL, corners, false};
   THRUM_THEN(status, thrum_file_name_memory(
                          path, thrum_mesh_parse_tetgen(&nodes, &elements, mesh, error), error));
 
@@ -120,7 +124,8 @@ thrum_status thrum_mesh_read(const char *name, double scale, thrum_mesh *mesh, t
 
 thrum_status thrum_mesh_read_order(const char *name, double scale, int order, thrum_mesh *mesh,
                                    thrum_error *error) {
-  const thrum_mesh_read_options options = {.scale = scale, .order = order};
+  const thrum_mesh_read_options options = {
+      .scale = scale, .order = order, .element = THRUM_ELEMENT_TET};
   return thrum_mesh_read_with(name, &options, mesh, error);
 }
 
@@ -167,6 +172,10 @@ thrum_status thrum_mesh_read_with(const char *name, const thrum_mesh_read_option
   if (status >= 0 && options->order == 1)
     thrum_midsides_drop(&read);
   THRUM_THEN(status, thrum_mesh_clean(&read, name, options->scale * unit.length, error));
+  if (status >= 0 && read.solid_count > 0)
+    thrum_mesh_choose_shells(&read, options->element == THRUM_ELEMENT_AUTO    ? THRUM_SHELL_THIN
+                                    : options->element == THRUM_ELEMENT_SHELL ? INFINITY
+                                                                              : 0);
   if (options->order == 2 && !read.midsides)
     THRUM_THEN(status, thrum_midsides_add(&read, error));
   if (status >= 0)

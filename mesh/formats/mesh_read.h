@@ -27,6 +27,14 @@ thrum_status thrum_mesh_read(const char *name, double scale, thrum_mesh *mesh, t
 
 enum { THRUM_ORDER_AUTO = -1 };
 
+/* What becomes of hexahedra and wedges. */
+typedef enum thrum_element_choice {
+  THRUM_ELEMENT_AUTO,  /* they stay; thin ones are solid-shells */
+  THRUM_ELEMENT_TET,   /* they are cut into tetrahedra */
+  THRUM_ELEMENT_SOLID, /* they stay, none is a solid-shell */
+  THRUM_ELEMENT_SHELL  /* they stay, those of order 1 are solid-shells */
+} thrum_element_choice;
+
 /* How a mesh is to be read. */
 typedef struct thrum_mesh_read_options {
   double scale;        /* above 0: lengths times this are metres, behind the unit */
@@ -37,6 +45,7 @@ typedef struct thrum_mesh_read_options {
   const char *regions; /* of VTK files: the cell data that tells the regions; NULL: by the names
                           that programs give it */
   const char *unit;    /* of the file, such as "mm-t-s", see thrum_mesh_unit; NULL: SI */
+  thrum_element_choice element; /* order 2 cuts them into tets of ten nodes */
 } thrum_mesh_read_options;
 
 /* Do the options say in which unit the file is? */
@@ -48,7 +57,7 @@ static inline bool thrum_mesh_unit_is_said(const thrum_mesh_read_options *option
 thrum_status thrum_mesh_read_with(const char *name, const thrum_mesh_read_options *options,
                                   thrum_mesh *mesh, thrum_error *error);
 
-/* The same with the order alone. */
+/* The same with the order alone, and hexahedra and wedges cut, as thrum_mesh_read cuts them. */
 thrum_status thrum_mesh_read_order(const char *name, double scale, int order, thrum_mesh *mesh,
                                    thrum_error *error);
 
@@ -57,13 +66,14 @@ thrum_status thrum_mesh_read_order(const char *name, double scale, int order, th
 bool thrum_mesh_is_named(const char *name);
 
 /* The bytes of a file. `name` is for messages and, for .veg, the path that *INCLUDE is relative
- * to; `regions` as among the options; `corners`: tets of higher order are read by their corners. */
+ * to; `regions` as among the options; `corners`: tets of higher order are read by their corners;
+ * `solids`: hexahedra and wedges stay. */
 typedef struct thrum_mesh_source {
   const char *name;
   const void *data;
   size_t size;
   const char *regions;
-  bool corners;
+  bool corners, solids;
 } thrum_mesh_source;
 
 /* A reader makes a raw mesh, not yet clean. */

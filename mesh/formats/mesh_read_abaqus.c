@@ -106,7 +106,9 @@ static thrum_status read_all(inp_reader *r, thrum_mesh *mesh) {
 
 thrum_status thrum_mesh_parse_abaqus(const thrum_mesh_source *source, thrum_mesh *mesh,
                                      thrum_error *error) {
-  inp_reader r = {.builder = {.error = error, .corners = source->corners}, .error = error};
+  inp_reader r = {
+      .builder = {.error = error, .corners = source->corners, .keep_solids = source->solids},
+      .error = error};
   thrum_mesh read = {0};
   thrum_status status = thrum_included_begin(&r.files, source, 0, ',', error);
   THRUM_THEN(status, read_all(&r, &read));

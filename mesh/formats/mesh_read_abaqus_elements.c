@@ -159,27 +159,6 @@ static thrum_status shifted(inp_reader *r, int64_t number, int64_t shift, int64_
   return THRUM_OK;
 }
 
-/* Corners of an element that is reflected: its top and its base change places, or it goes round the
- * other way where it has no top. */
-static int mirrored_corner(thrum_solid kind, int corner) {
-  static const int places[THRUM_SOLID_KINDS][8] = {
-      [THRUM_SOLID_TET] = {0, 2, 1, 3},
-      [THRUM_SOLID_PYRAMID] = {0, 3, 2, 1, 4},
-      [THRUM_SOLID_WEDGE] = {3, 4, 5, 0, 1, 2},
-      [THRUM_SOLID_HEXAHEDRON] = {4, 5, 6, 7, 0, 1, 2, 3}};
-  return places[kind][corner];
-}
-
-/* The node of an element that takes the place of its node n where it is reflected. */
-static int mirrored(const inp_solid *solid, int n) {
-  const thrum_solid_shape *shape = &thrum_solid_shapes[solid->solid];
-  if (n < shape->corners)
-    return mirrored_corner(solid->solid, n);
-  const int *edge = shape->edge[n - shape->corners];
-  return shape->corners + thrum_solid_edge(solid->solid, mirrored_corner(solid->solid, edge[0]),
-                                           mirrored_corner(solid->solid, edge[1]));
-}
-
 /* Adds an element like another one, its number and its nodes' numbers shifted. */
 static thrum_status copy_element(inp_reader *r, int64_t from, int64_t shift, int64_t node_shift,
                                  bool reflect, int64_t set) {
@@ -188,7 +167,8 @@ static thrum_status copy_element(inp_reader *r, int64_t from, int64_t shift, int
   THRUM_TRY(inp_check_generated(r, 1));
   THRUM_TRY(shifted(r, element.number, shift, &number));
   for (int64_t n = 0; n < element.count; n++) {
-    const int64_t at = reflect && element.solid ? mirrored(element.solid, (int)n) : n;
+    const int64_t at =
+        reflect && element.solid ? thrum_solid_mirrored(element.solid->solid, (int)n) : n;
     THRUM_TRY(shifted(r, r->nodes[element.first + at], node_shift, &node));
     THRUM_TRY(add_element_node(r, node));
   }

@@ -219,7 +219,8 @@ static thrum_status read_all(medit_reader *r, thrum_mesh *mesh) {
 
 thrum_status thrum_mesh_parse_medit(const thrum_mesh_source *source, thrum_mesh *mesh,
                                     thrum_error *error) {
-  medit_reader r = {.builder = {.error = error, .corners = source->corners}};
+  medit_reader r = {
+      .builder = {.error = error, .corners = source->corners, .keep_solids = source->solids}};
   thrum_mesh read = {0};
   THRUM_TRY(thrum_text_view(source->name, source->data, source->size, '#', 0, &r.text, error));
   r.text.fortran = true;

@@ -170,7 +170,10 @@ static thrum_status read_all(msh_reader *r, thrum_mesh *mesh) {
 
 thrum_status thrum_mesh_parse_msh(const thrum_mesh_source *source, thrum_mesh *mesh,
                                   thrum_error *error) {
-  msh_reader r = {.builder = {.error = error, .corners = source->corners, .joins_repeats = true}};
+  msh_reader r = {.builder = {.error = error,
+                              .corners = source->corners,
+                              .joins_repeats = true,
+                              .keep_solids = source->solids}};
   thrum_mesh read = {0};
   THRUM_TRY(thrum_text_view(source->name, source->data, source->size, 0, 0, &r.text, error));
   const thrum_status status = read_all(&r, &read);

@@ -178,7 +178,7 @@ static thrum_status read_node(msh_reader *r, int size, int64_t *tag) {
 /* Adds a solid of Gmsh's nodes. */
 static thrum_status add_solid(msh_reader *r, const msh_solid *solid, const int64_t *nodes,
                               int64_t number, int64_t key) {
-  const thrum_solid_shape *shape = &thrum_solid_shapes[solid->solid];
+  const thrum_solid_topology *shape = &thrum_solid_shapes[solid->solid];
   int64_t ordered[THRUM_SOLID_NODES_MAX];
   memcpy(ordered, nodes, (size_t)shape->corners * sizeof *nodes);
   for (int e = 0; e < shape->edges && solid->quadratic; e++)

@@ -480,7 +480,8 @@ static thrum_status build(const thrum_cells *cells, const char *regions, grid *g
 
 thrum_status thrum_cells_mesh(const thrum_cells *cells, const thrum_mesh_source *source,
                               thrum_mesh *mesh, thrum_error *error) {
-  thrum_mesh_builder builder = {.error = error, .corners = source->corners};
+  thrum_mesh_builder builder = {
+      .error = error, .corners = source->corners, .keep_solids = source->solids};
   thrum_mesh read = {0};
   grid g = {.name = source->name, .error = error};
 

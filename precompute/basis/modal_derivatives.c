@@ -255,14 +255,117 @@ static void add_quadratic_tet(const thrum_fem *fem, int64_t t, const int32_t *pa
       }
 }
 
+/* --- solids -------------------------------------------------------------------------------------
+ * Of an element with rows, edges Y and products s, two modes v_i and v_j add
+ *   S(v_i v_j) Y + S(Y v_i) v_j + S(Y v_j) v_i,  S(s) = R^T R s,
+ * to its edges (solid_elements.h). */
+
+// one mode of an element with rows: its edges, and the stress of its linear strain
+typedef struct mode_in_solid {
+  double edges[3 * THRUM_SOLID_EDGES_MAX], stress[THRUM_SOLID_PRODUCTS_MAX];
+} mode_in_solid;
+
+// subtracts the force on component c of a node from a right-hand side
+static void take_off(const thrum_fem *fem, int32_t node, int c, double force, double *right) {
+  const int32_t dof = fem->dof[3 * (int64_t)node + c];
+  if (dof >= 0)
+    right[dof] -= force;
+}
+
+static double mode_at(const thrum_fem *fem, int32_t node, int c, const double *mode) {
+  const int32_t dof = fem->dof[3 * (int64_t)node + c];
+  return dof < 0 ? 0 : mode[dof];
+}
+
+static void add_rows(const thrum_fem *fem, int64_t s, const int32_t *pairs, int64_t width,
+                     int64_t count, const double *modes, mode_in_solid *local, double *right) {
+  const thrum_solid_elements *e = &fem->solids;
+  const int32_t *node = thrum_solid_nodes(e, s);
+  const int nodes = thrum_solid_node_count(e, s), rows = thrum_solid_row_count(e, s);
+  const int products = thrum_solid_products(nodes);
+  const double *matrix = e->rows + e->row_begin[s];
+  double rest[3 * THRUM_SOLID_EDGES_MAX], both[THRUM_SOLID_PRODUCTS_MAX];
+  double stress[THRUM_SOLID_PRODUCTS_MAX];
+  thrum_solid_edges(node, nodes, fem->vertices, rest);
+
+  // the linear strains of the modes
+  for (int64_t i = pairs[0]; i < count; i++) {
+    for (int a = 1; a < nodes; a++)
+      for (int c = 0; c < 3; c++)
+        local[i].edges[3 * (a - 1) + c] = mode_at(fem, node[a], c, modes + i * fem->free_count) -
+                                          mode_at(fem, node[0], c, modes + i * fem->free_count);
+    thrum_solid_multiply(nodes, rest, local[i].edges, both);
+    thrum_solid_stress(rows, products, matrix, both, local[i].stress);
+  }
+
+  // what each pair adds to the edges, and these to their ends
+  for (int64_t b = 0; b < width; b++) {
+    const mode_in_solid *i = &local[pairs[2 * b]], *j = &local[pairs[2 * b + 1]];
+    double force[3 * THRUM_SOLID_EDGES_MAX] = {0};
+    thrum_solid_multiply(nodes, i->edges, j->edges, both);
+    thrum_solid_stress(rows, products, matrix, both, stress);
+    thrum_solid_pull(nodes, stress, rest, 1, force);
+    thrum_solid_pull(nodes, i->stress, j->edges, 1, force);
+    thrum_solid_pull(nodes, j->stress, i->edges, 1, force);
+    for (int k = 0; k < 3 * (nodes - 1); k++) {
+      take_off(fem, node[k / 3 + 1], k % 3, force[k], right + b * fem->free_count);
+      take_off(fem, node[0], k % 3, -force[k], right + b * fem->free_count);
+    }
+  }
+}
+
+// the same of an element with points
+static void add_points(const thrum_fem *fem, int64_t s, const int32_t *pairs, int64_t width,
+                       int64_t count, const double *modes, mode_in_tet *local, double *right) {
+  const thrum_solid_elements *e = &fem->solids;
+  const int32_t *node = thrum_solid_nodes(e, s), region = e->region[s];
+  const int nodes = thrum_solid_node_count(e, s);
+  const double lambda = fem->lambda[region], mu = fem->mu[region];
+  for (int64_t p = e->point_begin[s]; p < e->point_begin[s + 1]; p++) {
+    double shape[THRUM_FEM_NODES_MAX][3];
+    thrum_solid_gradients(e, s, (int)(p - e->point_begin[s]), shape);
+
+    // gradients and stresses of the modes
+    for (int64_t i = pairs[0]; i < count; i++) {
+      double strain[3][3];
+      memset(&local[i], 0, sizeof local[i]);
+      for (int a = 0; a < nodes; a++)
+        for (int c = 0; c < 3; c++) {
+          const double u = mode_at(fem, node[a], c, modes + i * fem->free_count);
+          for (int d = 0; d < 3; d++)
+            local[i].gradient[c][d] += u * shape[a][d];
+        }
+      for (int c = 0; c < 3; c++)
+        for (int d = 0; d < 3; d++)
+          strain[c][d] = (local[i].gradient[c][d] + local[i].gradient[d][c]) / 2;
+      thrum_stress(lambda, mu, strain, local[i].stress);
+    }
+
+    for (int64_t b = 0; b < width; b++) {
+      double total[3][3];
+      second_stress(lambda, mu, &local[pairs[2 * b]], &local[pairs[2 * b + 1]], total);
+      for (int a = 0; a < nodes; a++)
+        for (int c = 0; c < 3; c++)
+          take_off(fem, node[a], c,
+                   e->weight[p] * (total[c][0] * shape[a][0] + total[c][1] * shape[a][1] +
+                                   total[c][2] * shape[a][2]),
+                   right + b * fem->free_count);
+    }
+  }
+}
+
 // room for the modes in one tet, of whichever order
 typedef struct tet_work {
   mode_in_tet *linear;
   mode_terms *quadratic;
   group_terms *group;
+  mode_in_solid *solid;
 } tet_work;
 
 static tet_work work_allocate(const thrum_fem *fem, int64_t count, thrum_scope *memory) {
+  if (fem->solids.count > 0)
+    return (tet_work){.linear = thrum_scope_allocate(memory, count, sizeof(mode_in_tet)),
+                      .solid = thrum_scope_allocate(memory, count, sizeof(mode_in_solid))};
   if (!fem->rule)
     return (tet_work){.linear = thrum_scope_allocate(memory, count, sizeof(mode_in_tet))};
   return (tet_work){.quadratic = thrum_scope_allocate(memory, count, sizeof(mode_terms)),
@@ -289,6 +392,11 @@ static thrum_status solve_all(const thrum_fem *fem, thrum_factor *factor, int64_
                           work->group, block);
       else
         add_linear_tet(fem, t, pairs + 2 * first, width, count, modes, work->linear, block);
+    for (int64_t s = 0; s < fem->solids.count; s++)
+      if (thrum_solid_has_rows(&fem->solids, s))
+        add_rows(fem, s, pairs + 2 * first, width, count, modes, work->solid, block);
+      else
+        add_points(fem, s, pairs + 2 * first, width, count, modes, work->linear, block);
 
     status = thrum_factor_solve(factor, block, width, block, error);
     THRUM_THEN(status, thrum_report(reporter, (double)(first + width) / (double)total, error));

@@ -31,6 +31,13 @@ static void find_parts(const thrum_fem *fem, int32_t *parent) {
       const int32_t q = root_of(parent, fem->nodes[fem->node_count * t + a]);
       parent[p > q ? p : q] = p > q ? q : p;
     }
+  for (int64_t s = 0; s < fem->solids.count; s++) {
+    const int32_t *node = thrum_solid_nodes(&fem->solids, s);
+    for (int a = 1; a < thrum_solid_node_count(&fem->solids, s); a++) {
+      const int32_t p = root_of(parent, node[0]), q = root_of(parent, node[a]);
+      parent[p > q ? p : q] = p > q ? q : p;
+    }
+  }
   for (int64_t v = 0; v < fem->vertex_count; v++)
     parent[v] = root_of(parent, (int32_t)v);
 }

@@ -52,12 +52,13 @@ static thrum_status check_materials(const thrum_mesh *mesh, thrum_error *error) 
 }
 
 static thrum_status allocate(const thrum_mesh *mesh, thrum_fem *fem, thrum_error *error) {
-  const int64_t vertices = mesh->vertex_count, tets = mesh->tet_count;
+  const int64_t vertices = mesh->vertex_count, tets = fem->tet_count;
   // a component must fit an int32, as it does in the model file
-  if (vertices < 4 || tets < 1 || vertices > INT32_MAX / 3 || tets > INT32_MAX / fem->node_count)
+  if (vertices < 4 || mesh->tet_count < 1 || vertices > INT32_MAX / 3 ||
+      tets > INT32_MAX / fem->node_count)
     return thrum_error_set(error, THRUM_UNSUPPORTED,
                            "a mesh of %lld vertices and %lld tets is out of range",
-                           (long long)vertices, (long long)tets);
+                           (long long)vertices, (long long)mesh->tet_count);
 
   thrum_scope *memory = &fem->memory;
   fem->dof = thrum_scope_allocate(memory, 3 * vertices, sizeof *fem->dof);
@@ -69,8 +70,19 @@ static thrum_status allocate(const thrum_mesh *mesh, thrum_fem *fem, thrum_error
   fem->mu = thrum_scope_allocate(memory, mesh->region_count, sizeof(double));
   fem->density = thrum_scope_allocate(memory, mesh->region_count, sizeof(double));
   fem->incident_begin = thrum_scope_allocate(memory, vertices + 2, sizeof(int64_t));
-  fem->incident = thrum_scope_allocate(memory, fem->node_count * tets, sizeof(int64_t));
+  fem->incident = thrum_scope_allocate(
+      memory, tets > 0 ? fem->node_count * tets : thrum_mesh_solid_nodes(mesh), sizeof(int64_t));
   return memory->status;
+}
+
+// the solids of a mesh, which one made by hand may have of any nodes
+static thrum_status make_solids(const thrum_mesh *mesh, thrum_fem *fem, thrum_error *error) {
+  for (int64_t i = 0; i < thrum_mesh_solid_nodes(mesh); i++)
+    if (mesh->solid_nodes[i] < 0 || mesh->solid_nodes[i] >= mesh->vertex_count)
+      return thrum_error_set(error, THRUM_BAD_VALUE,
+                             "the elements refer to vertex %lld, which does not exist",
+                             (long long)mesh->solid_nodes[i] + 1);
+  return thrum_solid_elements_make(mesh, fem->lambda, fem->mu, &fem->memory, &fem->solids, error);
 }
 
 // a mesh made by hand may hold any index
@@ -151,13 +163,19 @@ static void number_components(const uint8_t *fixed, thrum_fem *fem) {
 static void list_incident(thrum_fem *fem) {
   int64_t *begin = fem->incident_begin;
   memset(begin, 0, sizeof *begin * ((size_t)fem->vertex_count + 2));
-  const int64_t entries = fem->node_count * fem->tet_count;
+  const thrum_solid_elements *solids = &fem->solids;
+  const int64_t entries =
+      solids->count > 0 ? solids->ends[solids->count - 1] : fem->node_count * fem->tet_count;
+  const int32_t *nodes = solids->count > 0 ? solids->nodes : fem->nodes;
   for (int64_t e = 0; e < entries; e++)
-    begin[fem->nodes[e] + 2]++;
+    begin[nodes[e] + 2]++;
   for (int64_t v = 0; v < fem->vertex_count; v++)
     begin[v + 2] += begin[v + 1];
-  for (int64_t e = 0; e < entries; e++)
-    fem->incident[begin[fem->nodes[e] + 1]++] = e;
+  for (int64_t e = 0, s = 0; e < entries; e++) {
+    while (solids->count > 0 && e >= solids->ends[s])
+      s++;
+    fem->incident[begin[nodes[e] + 1]++] = solids->count > 0 ? s : e;
+  }
 }
 
 // corners and middle nodes of ten-node tets in one array
@@ -194,7 +212,7 @@ static thrum_status choose_rule(thrum_fem *fem, int order, thrum_error *error) {
 static thrum_status fill(const thrum_mesh *mesh, const uint8_t *fixed, int order, thrum_fem *fem,
                          thrum_error *error) {
   thrum_status status = THRUM_OK;
-  if (mesh->midsides) {
+  if (mesh->midsides && mesh->solid_count == 0) {
     THRUM_TRY(join_nodes(mesh, fem));
     THRUM_TRY(choose_rule(fem, order, error));
   }
@@ -209,7 +227,9 @@ static thrum_status fill(const thrum_mesh *mesh, const uint8_t *fixed, int order
     fem->density[i] = material->density;
   }
 
-  for (int64_t t = 0; t < mesh->tet_count && status >= 0; t++) {
+  if (mesh->solid_count > 0)
+    THRUM_THEN(status, make_solids(mesh, fem, error));
+  for (int64_t t = 0; t < fem->tet_count && status >= 0; t++) {
     status = check_indices(fem, t, error);
     THRUM_THEN(status,
                fem->rule ? measure_quadratic(fem, t, error) : measure_linear(fem, t, error));
@@ -246,10 +266,10 @@ thrum_status thrum_fem_create_of_order(const thrum_mesh *mesh, const uint8_t *fi
   // the mesh's arrays are borrowed
   thrum_fem made = {.memory = thrum_scope_begin("the finite elements", error),
                     .vertex_count = mesh->vertex_count,
-                    .tet_count = mesh->tet_count,
+                    .tet_count = mesh->solid_count > 0 ? 0 : mesh->tet_count,
                     .region_count = mesh->region_count,
                     .vertices = mesh->vertices,
-                    .node_count = mesh->midsides ? 10 : 4,
+                    .node_count = mesh->midsides && mesh->solid_count == 0 ? 10 : 4,
                     .point_count = 1,
                     .nodes = mesh->tets,
                     .tet_region = mesh->tet_region,

@@ -7,6 +7,9 @@
  * ten nodes take the points of thrum_quadrature, the same for all tets of a mesh: where no order is
  * asked for, those for curved edges where any edge is curved.
  *
+ * Where the mesh has solids (mesh.h), the body consists of these alone, fem_solids.h, and has no
+ * tets.
+ *
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_PRECOMPUTE_FEM_FEM_H
 #define THRUM_PRECOMPUTE_FEM_FEM_H
@@ -15,11 +18,12 @@
 #include "mesh/mesh.h"
 #include "platform/allocate.h"
 #include "precompute/fem/ranks.h"
+#include "precompute/fem/solid_elements.h"
 #include "precompute/fem/sparse.h"
 #include "precompute/options/precompute_options.h"
 #include "runtime/material/material_law.h"
 
-enum { THRUM_FEM_NODES_MAX = THRUM_QUADRATIC_NODES };
+enum { THRUM_FEM_NODES_MAX = THRUM_SOLID_NODES_MAX };
 
 typedef struct thrum_fem {
   thrum_scope memory; /* of the arrays that are not the mesh's */
@@ -48,9 +52,10 @@ typedef struct thrum_fem {
                             NULL, as it is made: none */
   double *density;       /* region_count [kg/m^3] */
   const double *springs; /* the mesh's, vertex_count x 3 [N/m]; NULL: none hold it to the ground */
-  int64_t *incident_begin;  /* vertex_count + 1 */
-  int64_t *incident;        /* node_count tet_count: node_count t + node of the tets around each
-                               vertex */
+  int64_t *incident_begin;     /* vertex_count + 1 */
+  int64_t *incident;           /* node_count tet_count: node_count t + node of the tets around each
+                                  vertex; of solids their numbers alone, as often as they have nodes */
+  thrum_solid_elements solids; /* where the mesh has some: all elements, and there are no tets */
   const thrum_ranks *ranks; /* of whose body this is a part; NULL: the whole body, as it is made */
 } thrum_fem;
 
@@ -64,6 +69,25 @@ thrum_status thrum_fem_create(const thrum_mesh *mesh, const uint8_t *fixed, thru
 thrum_status thrum_fem_create_of_order(const thrum_mesh *mesh, const uint8_t *fixed, int order,
                                        thrum_fem *fem, thrum_error *error);
 void thrum_fem_free(thrum_fem *fem); /* leaves it empty; an empty (zeroed) one is fine */
+
+/* The nodes of the element of an entry of `incident`. */
+static inline const int32_t *thrum_fem_around(const thrum_fem *fem, int64_t entry, int *count) {
+  if (fem->solids.count > 0) {
+    *count = thrum_solid_node_count(&fem->solids, fem->incident[entry]);
+    return thrum_solid_nodes(&fem->solids, fem->incident[entry]);
+  }
+  *count = fem->node_count;
+  return fem->nodes + fem->incident[entry] / fem->node_count * fem->node_count;
+}
+
+/* Elements of the body, tets or solids, and points at which strains are taken or would be. */
+static inline int64_t thrum_fem_elements(const thrum_fem *fem) {
+  return fem->solids.count > 0 ? fem->solids.count : fem->tet_count;
+}
+static inline int64_t thrum_fem_points(const thrum_fem *fem) {
+  return fem->solids.count > 0 ? fem->solids.point_begin[fem->solids.count]
+                               : fem->tet_count * fem->point_count;
+}
 
 /* The law of a region. */
 static inline thrum_law thrum_fem_law(const thrum_fem *fem, int64_t region) {

@@ -14,7 +14,7 @@
 #include <string.h>
 
 #include "platform/allocate.h"
-#include "precompute/fem/fem_tet.h"
+#include "precompute/fem/fem_solids.h"
 
 static int ascending(const void *left, const void *right) {
   const int32_t a = *(const int32_t *)left, b = *(const int32_t *)right;
@@ -25,8 +25,9 @@ static int ascending(const void *left, const void *right) {
 static int64_t neighbours(const thrum_fem *fem, int64_t v, int32_t *mark, int32_t *list) {
   int64_t count = 0;
   for (int64_t e = fem->incident_begin[v]; e < fem->incident_begin[v + 1]; e++) {
-    const int32_t *node = fem->nodes + fem->incident[e] / fem->node_count * fem->node_count;
-    for (int a = 0; a < fem->node_count; a++)
+    int nodes;
+    const int32_t *node = thrum_fem_around(fem, e, &nodes);
+    for (int a = 0; a < nodes; a++)
       if (node[a] > v && mark[node[a]] != v) {
         mark[node[a]] = (int32_t)v;
         list[count++] = node[a];
@@ -223,11 +224,25 @@ static void add_tet(const thrum_fem *fem, int64_t t, const double *u, bool posit
     }
 }
 
+// adds one solid
+static void add_solid(const thrum_fem *fem, int64_t s, const double *u, bool positive,
+                      thrum_sparse *stiffness) {
+  const int32_t *node = thrum_solid_nodes(&fem->solids, s);
+  thrum_solid_blocks blocks;
+  thrum_fem_solid_stiffness(fem, s, u, positive, blocks);
+  for (int a = 0; a < thrum_solid_node_count(&fem->solids, s); a++)
+    for (int b = 0; b < thrum_solid_node_count(&fem->solids, s); b++)
+      if (node[a] >= node[b])
+        scatter_block(fem, node[a], node[b], blocks[a][b], stiffness);
+}
+
 static void assemble(const thrum_fem *fem, const double *u, bool positive,
                      thrum_sparse *stiffness) {
   memset(stiffness->value, 0, sizeof(double) * (size_t)stiffness->begin[stiffness->size]);
   for (int64_t t = 0; t < fem->tet_count; t++)
     add_tet(fem, t, u, positive, stiffness);
+  for (int64_t s = 0; s < fem->solids.count; s++)
+    add_solid(fem, s, u, positive, stiffness);
 
   // a column begins with its diagonal
   for (int64_t i = 0; fem->springs && i < fem->free_count; i++)
@@ -285,6 +300,22 @@ static void node_masses(const thrum_fem *fem, thrum_mass kind, int64_t t, int a,
     masses[b] = b == a ? masses[b] * (density * fem->volume[t] / diagonal) : 0;
 }
 
+// the same of solids
+static void couple_solids(const thrum_fem *fem, thrum_mass kind, int64_t v, double *couple) {
+  for (int pass = 0; pass < 2; pass++)
+    for (int64_t e = fem->incident_begin[v]; e < fem->incident_begin[v + 1]; e++) {
+      int nodes, own = 0;
+      const int32_t *node = thrum_fem_around(fem, e, &nodes);
+      double masses[THRUM_SOLID_NODES_MAX];
+      while (node[own] != v)
+        own++;
+      if (pass == 1)
+        thrum_fem_solid_mass(fem, kind, fem->incident[e], own, masses);
+      for (int a = 0; a < nodes; a++)
+        couple[node[a]] = pass == 0 ? 0 : couple[node[a]] + masses[a];
+    }
+}
+
 // couple[w] = mass between v and each neighbour w >= v
 static void couple_vertex(const thrum_fem *fem, thrum_mass kind, int64_t v, double *couple) {
   const int nodes = fem->node_count;
@@ -331,7 +362,10 @@ thrum_status thrum_fem_mass(const thrum_fem *fem, thrum_mass kind, const thrum_s
     for (int64_t column = 0; column < n; column++) {
       if (fem->component[column] / 3 != vertex) {
         vertex = fem->component[column] / 3;
-        couple_vertex(fem, kind, vertex, couple);
+        if (fem->solids.count > 0)
+          couple_solids(fem, kind, vertex, couple);
+        else
+          couple_vertex(fem, kind, vertex, couple);
       }
       made.begin[column + 1] =
           mass_column(fem, kind, pattern, column, couple, &made, made.begin[column]);
@@ -369,6 +403,13 @@ void thrum_fem_vertex_mass(const thrum_fem *fem, thrum_mass kind, double *mass) 
     for (int a = 0; a < 4 && !fem->rule; a++)
       mass[fem->nodes[4 * t + a]] += fem->density[fem->tet_region[t]] * fem->volume[t] / 4;
   }
+  for (int64_t s = 0; s < fem->solids.count; s++)
+    for (int a = 0; a < thrum_solid_node_count(&fem->solids, s); a++) {
+      double masses[THRUM_SOLID_NODES_MAX];
+      thrum_fem_solid_mass(fem, kind, s, a, masses);
+      for (int b = 0; b < thrum_solid_node_count(&fem->solids, s); b++)
+        mass[thrum_solid_nodes(&fem->solids, s)[a]] += masses[b];
+    }
 }
 
 // energy at one point, whose forces are added
@@ -394,5 +435,7 @@ double thrum_fem_energy(const thrum_fem *fem, const double *u, double *force) {
   for (int64_t t = 0; t < fem->tet_count; t++)
     for (int p = 0; p < fem->point_count; p++)
       energy += add_point(fem, t, p, u, force);
+  if (fem->solids.count > 0)
+    energy += thrum_fem_solids_energy(fem, u, force);
   return energy + thrum_fem_add_springs(fem, 1, u, force);
 }

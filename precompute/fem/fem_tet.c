@@ -35,6 +35,21 @@ static void add_plastic(const double *plastic, double g[3]) {
     g[d] += more[d];
 }
 
+void thrum_tet_displace(const int32_t *node, int nodes, const double *u, thrum_tet *tet) {
+  // G from edge displacements: a translation gives exact zeros
+  double(*g)[3] = tet->displacement;
+  memset(tet->displacement, 0, sizeof tet->displacement);
+  for (int a = 1; u && a < nodes; a++)
+    for (int c = 0; c < 3; c++) {
+      const double edge = u[3 * (int64_t)node[a] + c] - u[3 * (int64_t)node[0] + c];
+      for (int d = 0; d < 3; d++)
+        g[c][d] += edge * tet->gradient[a][d];
+    }
+  for (int c = 0; c < 3; c++)
+    for (int d = 0; d < 3; d++)
+      tet->deformation[c][d] = g[c][d] + (c == d ? 1 : 0);
+}
+
 void thrum_fem_tet_at(const thrum_fem *fem, int64_t t, int p, const double *u, thrum_tet *tet) {
   const int nodes = fem->node_count;
   const int32_t *node = fem->nodes + nodes * t;
@@ -51,20 +66,11 @@ void thrum_fem_tet_at(const thrum_fem *fem, int64_t t, int p, const double *u, t
   for (int a = 0; plastic && a < nodes; a++)
     add_plastic(plastic, tet->gradient[a]);
 
-  // G from edge displacements: a translation gives exact zeros
-  double(*g)[3] = tet->displacement;
-  memset(tet->displacement, 0, sizeof tet->displacement);
-  for (int a = 1; u && a < nodes; a++)
-    for (int c = 0; c < 3; c++) {
-      const double edge = u[3 * (int64_t)node[a] + c] - u[3 * (int64_t)node[0] + c];
-      for (int d = 0; d < 3; d++)
-        g[c][d] += edge * tet->gradient[a][d];
-    }
-  for (int c = 0; plastic && c < 9; c++)
-    g[c / 3][c % 3] += plastic[c];
-  for (int c = 0; c < 3; c++)
-    for (int d = 0; d < 3; d++)
-      tet->deformation[c][d] = g[c][d] + (c == d ? 1 : 0);
+  thrum_tet_displace(node, nodes, u, tet);
+  for (int c = 0; plastic && c < 9; c++) {
+    tet->displacement[c / 3][c % 3] += plastic[c];
+    tet->deformation[c / 3][c % 3] = tet->displacement[c / 3][c % 3] + (c / 3 == c % 3 ? 1 : 0);
+  }
 }
 
 void thrum_tet_deform(const thrum_fem *fem, int64_t t, int p, const double *u, thrum_tet *tet) {
@@ -76,6 +82,12 @@ void thrum_tet_deform(const thrum_fem *fem, int64_t t, int p, const double *u, t
     tet->energy = tet->weight * thrum_law_stress(tet->law, tet->lambda, tet->mu, g, tet->stress);
     return;
   }
+
+  thrum_tet_respond(tet);
+}
+
+void thrum_tet_respond(thrum_tet *tet) {
+  double(*g)[3] = tet->displacement;
 
   // Green's strain has no terms that cancel
   double strain[3][3];

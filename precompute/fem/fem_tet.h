@@ -23,6 +23,13 @@ void thrum_fem_tet_at(const thrum_fem *fem, int64_t t, int p, const double *u, t
 /* The same with both. */
 void thrum_tet_deform(const thrum_fem *fem, int64_t t, int p, const double *u, thrum_tet *tet);
 
+/* G and F of an element of so many nodes under u (NULL: at rest) by its gradients; F_p is the
+ * caller's to add. */
+void thrum_tet_displace(const int32_t *node, int nodes, const double *u, thrum_tet *tet);
+
+/* Stress and energy of Saint Venant-Kirchhoff material. */
+void thrum_tet_respond(thrum_tet *tet);
+
 /* traction = F S g of a gradient g; of other laws P g. The force on a node, for its shape function,
  * is the weight times that. */
 void thrum_tet_traction(thrum_tet *tet, const double gradient[3], double traction[3]);

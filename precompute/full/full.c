@@ -7,7 +7,7 @@
 #include "core/base/finite.h"
 #include "core/base/vec3.h"
 #include "platform/allocate.h"
-#include "precompute/fem/fem_tet.h"
+#include "precompute/fem/fem_solids.h"
 #include "precompute/full/full_private.h"
 #include "runtime/material/principal.h"
 
@@ -151,6 +151,11 @@ thrum_status thrum_full_create(const thrum_model *model, const uint8_t *held,
   THRUM_TRY(check_def(def, error));
   if (!model->vertices)
     return thrum_error_set(error, THRUM_MISSING, "full order: the model has no mesh to go back to");
+  if (model->solid_count > 0 && (def->law != THRUM_LAW_STVK || !isinf(def->plastic.yield) ||
+                                 def->quadrature != THRUM_FULL_EXACT))
+    return thrum_error_set(error, THRUM_UNSUPPORTED,
+                           "full order: laws other than Saint Venant-Kirchhoff's, plastic flow and "
+                           "four points are those of tetrahedra: --element tet cuts the elements");
   if (def->law == THRUM_LAW_BY_REGION && !model->region_law)
     return thrum_error_set(error, THRUM_MISSING,
                            "full order: the regions of this model have no laws of their own");
@@ -351,6 +356,12 @@ double thrum_full_least_stretch(const thrum_full *full, bool gives_way) {
       thrum_fem_tet_at(fem, t, p, full->place, &tet);
       if (!gives_way || tet.law == THRUM_LAW_STVK)
         least = fmin(least, stretch_of(&tet));
+    }
+  for (int64_t s = 0; s < fem->solids.count; s++)
+    for (int p = 0; p < fem->solids.tables[fem->solids.form[s]].points; p++) {
+      thrum_tet tet;
+      thrum_fem_solid_at(fem, s, p, full->place, &tet);
+      least = fmin(least, stretch_of(&tet));
     }
   return least;
 }

@@ -21,7 +21,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "precompute/fem/fem_tet.h"
+#include "precompute/fem/fem_solids.h"
 #include "precompute/full/full_private.h"
 #include "precompute/material/material_law_mean.h"
 
@@ -78,6 +78,7 @@ static void take_mean_forces(thrum_full *full, double *r) {
     for (int p = 0; p < fem->point_count; p++)
       add_mean_forces(full, t, p);
   add_mean_springs(full);
+  thrum_fem_solids_mean_force(fem, full->place, full->place_to, full->forces);
 
   for (int64_t i = 0; i < fem->free_count; i++)
     r[i] -= full->forces[fem->component[i]];

@@ -30,6 +30,11 @@ thrum_status thrum_model_borrow_mesh(const thrum_model *model, thrum_mesh *mesh,
   mesh->midsides = thrum_model_writable(model->midsides);
   mesh->tet_region = thrum_model_writable(model->tet_region);
   mesh->springs = thrum_model_writable(model->springs);
+  mesh->solid_count = model->solid_count;
+  mesh->solid_form = thrum_model_writable(model->solid_form);
+  mesh->solid_ends = thrum_model_writable(model->solid_ends);
+  mesh->solid_nodes = thrum_model_writable(model->solid_nodes);
+  mesh->solid_tet_ends = thrum_model_writable(model->solid_tet_ends);
 
   // only materials and laws are of another form, so they are copied
   THRUM_TRY(thrum_reserve(&mesh->materials, mesh->region_count, sizeof *mesh->materials,

@@ -66,12 +66,15 @@ static thrum_status fill_reduced(int64_t rank, bool points, thrum_model *model,
   model->c3_count = points ? 0 : thrum_c3_count(rank);
   model->c4_count = points ? 0 : thrum_c4_count(rank);
 
-  // other readers know ten-node tetrahedra by the version
+  // other readers know ten-node tetrahedra and solids by the version
   const bool quadratic = model->midsides != NULL;
-  const int32_t format[2] = {
-      quadratic ? THRUM_MODEL_FORMAT_MAJOR_QUADRATIC : THRUM_MODEL_FORMAT_MAJOR,
-      (quadratic ? THRUM_MODEL_FORMAT_MINOR_QUADRATIC : THRUM_MODEL_FORMAT_MINOR) +
-          (points ? THRUM_MODEL_FORMAT_MINOR_POINTS : 0)};
+  int32_t format[2] = {quadratic ? THRUM_MODEL_FORMAT_MAJOR_QUADRATIC : THRUM_MODEL_FORMAT_MAJOR,
+                       (quadratic ? THRUM_MODEL_FORMAT_MINOR_QUADRATIC : THRUM_MODEL_FORMAT_MINOR) +
+                           (points ? THRUM_MODEL_FORMAT_MINOR_POINTS : 0)};
+  if (model->solid_count > 0) {
+    format[0] = THRUM_MODEL_FORMAT_MAJOR_SOLIDS;
+    format[1] = THRUM_MODEL_FORMAT_MINOR_SOLIDS;
+  }
 
   // the polynomial, and the basis that it is of
   if (!points) {
@@ -83,6 +86,19 @@ static thrum_status fill_reduced(int64_t rank, bool points, thrum_model *model,
   THRUM_TRY(thrum_reserve(&model->axis_mass, 3 * rank, sizeof(double), "the model", error));
   return thrum_reserve(&model->basis, 3 * model->vertex_count * rank, sizeof(double), "the model",
                        error);
+}
+
+static thrum_status fill_solids(const thrum_mesh *mesh, thrum_model *model, thrum_error *error) {
+  const int64_t count = mesh->solid_count;
+  if (count == 0)
+    return THRUM_OK;
+  model->solid_count = count;
+  model->solid_node_count = thrum_mesh_solid_nodes(mesh);
+  THRUM_TRY(keep(&model->solid_form, mesh->solid_form, count, 1, error));
+  THRUM_TRY(keep(&model->solid_ends, mesh->solid_ends, count, sizeof(int32_t), error));
+  THRUM_TRY(keep(&model->solid_nodes, mesh->solid_nodes, model->solid_node_count, sizeof(int32_t),
+                 error));
+  return keep(&model->solid_tet_ends, mesh->solid_tet_ends, count, sizeof(int32_t), error);
 }
 
 thrum_status thrum_model_fill_mesh(const thrum_mesh *mesh, const uint8_t *fixed, int64_t rank,
@@ -111,6 +127,7 @@ thrum_status thrum_model_fill_mesh(const thrum_mesh *mesh, const uint8_t *fixed,
     THRUM_TRY(keep(&model->midsides, mesh->midsides, 6 * tets, sizeof(int32_t), error));
   if (mesh->springs)
     THRUM_TRY(keep(&model->springs, mesh->springs, 3 * vertices, sizeof(double), error));
+  THRUM_TRY(fill_solids(mesh, model, error));
   THRUM_TRY(fill_reduced(rank, points, model, error));
   return fill_groups(mesh, model, error);
 }

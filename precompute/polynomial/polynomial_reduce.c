@@ -39,6 +39,8 @@ typedef struct panel {
   double *stress;        /* squared x 6 x BLOCK, or NULL where squared = rank */
   double *force;         /* squared x 9 x BLOCK, likewise: of one vector and all later ones */
   double weight[3][BLOCK];
+  double *products;   /* columns x products of edges, of one solid with rows; NULL: there is none */
+  double *edges;      /* rank x 3 edges of that */
   thrum_scope memory; /* of all arrays but the basis */
 } panel;
 
@@ -66,6 +68,11 @@ static thrum_status panel_create(const thrum_fem *fem, int64_t rank, const doubl
     p->stress = thrum_scope_allocate(&p->memory, squared * 6 * BLOCK, sizeof(double));
     p->force = thrum_scope_allocate(&p->memory, squared * 9 * BLOCK, sizeof(double));
   }
+  if (fem->solids.count > 0) {
+    p->products =
+        thrum_scope_allocate(&p->memory, columns * THRUM_SOLID_PRODUCTS_MAX, sizeof(double));
+    p->edges = thrum_scope_allocate(&p->memory, rank * 3 * THRUM_SOLID_EDGES_MAX, sizeof(double));
+  }
   return p->memory.status;
 }
 
@@ -90,21 +97,18 @@ static void fill_linear_tet(panel *p, int64_t t, int64_t s) {
   }
 }
 
-// the same at one point of a ten-node tet
-static void fill_quadratic_tet(panel *p, int64_t t, int point, int64_t s) {
-  const int32_t *node = p->fem->nodes + THRUM_QUADRATIC_NODES * t;
+// the same at one point of any element, of so many nodes with these gradients
+static void fill_nodes(panel *p, const int32_t *node, int nodes, double (*shape)[3], int64_t s) {
   const int64_t rank = p->rank;
-  double shape[THRUM_FEM_NODES_MAX][3];
-  thrum_fem_shape_gradients(p->fem, t, point, shape);
 
   // row c of G, a sum over differences to node 0
   for (int c = 0; c < 3; c++) {
-    const double *u[THRUM_QUADRATIC_NODES];
-    for (int a = 0; a < THRUM_QUADRATIC_NODES; a++)
+    const double *u[THRUM_FEM_NODES_MAX];
+    for (int a = 0; a < nodes; a++)
       u[a] = p->basis + (3 * (int64_t)node[a] + c) * rank;
     for (int64_t i = 0; i < rank; i++) {
       double x = 0, y = 0, z = 0;
-      for (int a = 1; a < THRUM_QUADRATIC_NODES; a++) {
+      for (int a = 1; a < nodes; a++) {
         const double difference = u[a][i] - u[0][i];
         x += difference * shape[a][0];
         y += difference * shape[a][1];
@@ -120,6 +124,14 @@ static void fill_quadratic_tet(panel *p, int64_t t, int point, int64_t s) {
   }
 }
 
+// W = sqrt(w) (sqrt(2 mu) 1 + trace part) on the normal strains, sqrt(4 mu) on the shears
+static void weigh(panel *p, int32_t region, double weight, int64_t s) {
+  const double mu = p->fem->mu[region], bulk = 3 * p->fem->lambda[region] + 2 * mu;
+  p->weight[0][s] = sqrt(2 * mu * weight);
+  p->weight[1][s] = (sqrt(bulk * weight) - p->weight[0][s]) / 3;
+  p->weight[2][s] = sqrt(mu * weight);
+}
+
 // G of every basis vector at every point of the block; those missing from the last block stay zero
 static void fill_gradients(panel *p, int64_t first, int64_t count) {
   const thrum_fem *fem = p->fem;
@@ -130,18 +142,14 @@ static void fill_gradients(panel *p, int64_t first, int64_t count) {
 
   for (int64_t s = 0; s < count; s++) {
     const int64_t t = (first + s) / fem->point_count;
-    if (fem->rule)
-      fill_quadratic_tet(p, t, (int)((first + s) % fem->point_count), s);
-    else
+    if (fem->rule) {
+      double shape[THRUM_FEM_NODES_MAX][3];
+      thrum_fem_shape_gradients(fem, t, (int)((first + s) % fem->point_count), shape);
+      fill_nodes(p, fem->nodes + THRUM_QUADRATIC_NODES * t, THRUM_QUADRATIC_NODES, shape, s);
+    } else {
       fill_linear_tet(p, t, s);
-
-    // W = sqrt(w) (sqrt(2 mu) 1 + trace part) on the normal strains, sqrt(4 mu) on the shears
-    const int32_t region = fem->tet_region[t];
-    const double mu = fem->mu[region], bulk = 3 * fem->lambda[region] + 2 * mu;
-    const double weight = fem->weight[first + s];
-    p->weight[0][s] = sqrt(2 * mu * weight);
-    p->weight[1][s] = (sqrt(bulk * weight) - p->weight[0][s]) / 3;
-    p->weight[2][s] = sqrt(mu * weight);
+    }
+    weigh(p, fem->tet_region[t], fem->weight[first + s], s);
   }
 }
 
@@ -250,34 +258,155 @@ static void add_others(panel *p, double *others) {
   }
 }
 
+// adds the products of the columns of so many rows of A, which lie `depth` apart
+static void add_product(const panel *p, int64_t rows, double *gram) {
+  cblas_dsyrk(CblasColMajor, CblasUpper, CblasTrans, (int)p->columns, (int)rows, 1, p->row,
+              6 * BLOCK, 1, gram, (int)p->columns);
+}
+
+// adds a block of points, whose gradients are there
+static void add_block(panel *p, double *gram, double *others) {
+  const int64_t depth = 6 * BLOCK;
+
+  // the columns of A, transposed
+  double *row = p->row;
+  for (int64_t i = 0; i < p->rank; i++, row += depth)
+    fill_linear(p, i, row);
+  for (int64_t i = 0; i < p->squared; i++)
+    for (int64_t j = i; j < p->squared; j++, row += depth)
+      fill_product(p, i, j, i == j ? 0.5 : 1, row);
+
+  add_product(p, depth, gram);
+  if (others != NULL)
+    add_others(p, others);
+}
+
+/* --- solids -------------------------------------------------------------------------------------
+ * The rows of an element are R (Y u_i), R (u_i u_j) and R (u_i u_i) / 2 (solid_elements.h). */
+
+// edges of all basis vectors, and their products with those at rest and with each other
+static void fill_products(panel *p, int64_t s) {
+  const thrum_solid_elements *e = &p->fem->solids;
+  const int32_t *node = thrum_solid_nodes(e, s);
+  const int nodes = thrum_solid_node_count(e, s), size = 3 * (nodes - 1);
+  const int count = thrum_solid_products(nodes);
+  double rest[3 * THRUM_SOLID_EDGES_MAX];
+  thrum_solid_edges(node, nodes, p->fem->vertices, rest);
+  for (int64_t i = 0; i < p->rank; i++)
+    for (int k = 0; k < size; k++) {
+      const int64_t to = 3 * (int64_t)node[k / 3 + 1] + k % 3, from = 3 * (int64_t)node[0] + k % 3;
+      p->edges[i * size + k] = p->basis[to * p->rank + i] - p->basis[from * p->rank + i];
+    }
+
+  double *column = p->products;
+  for (int64_t i = 0; i < p->rank; i++, column += count)
+    thrum_solid_multiply(nodes, rest, p->edges + i * size, column);
+  for (int64_t i = 0; i < p->squared; i++)
+    for (int64_t j = i; j < p->squared; j++, column += count) {
+      thrum_solid_multiply(nodes, p->edges + i * size, p->edges + j * size, column);
+      for (int k = 0; k < count && i == j; k++)
+        column[k] /= 2;
+    }
+}
+
+// others += u_h . (S_i u_j + S_j u_i), S_i the stress of Y u_i, whose edges and products are there
+static void add_solid_others(panel *p, int64_t s, double *others) {
+  const thrum_solid_elements *e = &p->fem->solids;
+  const int nodes = thrum_solid_node_count(e, s), size = 3 * (nodes - 1);
+  const int count = thrum_solid_products(nodes), rows = thrum_solid_row_count(e, s);
+  const int64_t rest = p->rank - p->squared;
+  for (int64_t i = 0; i < p->squared; i++)
+    thrum_solid_stress(rows, count, e->rows + e->row_begin[s], p->products + i * count,
+                       p->stress + i * count);
+  for (int64_t i = 0; i < p->squared; i++)
+    for (int64_t j = i; j < p->squared; j++, others += rest) {
+      double force[3 * THRUM_SOLID_EDGES_MAX] = {0};
+      thrum_solid_pull(nodes, p->stress + i * count, p->edges + j * size, 1, force);
+      if (j > i)
+        thrum_solid_pull(nodes, p->stress + j * count, p->edges + i * size, 1, force);
+      cblas_dgemv(CblasRowMajor, CblasNoTrans, (int)rest, size, 1, p->edges + p->squared * size,
+                  size, force, 1, 1, others, 1);
+    }
+}
+
+// elements with rows: as many of them as a panel has room for before each product
+static thrum_status add_row_solids(panel *p, double *gram, double *others,
+                                   const thrum_reporter *reporter, thrum_error *error) {
+  const thrum_solid_elements *e = &p->fem->solids;
+  const int64_t depth = 6 * BLOCK;
+  int64_t filled = 0;
+  for (int64_t s = 0; s < e->count; s++) {
+    const int rows = thrum_solid_row_count(e, s);
+    const int count = thrum_solid_products(thrum_solid_node_count(e, s));
+    if (!thrum_solid_has_rows(e, s))
+      continue;
+    if (filled + rows > depth) {
+      add_product(p, filled, gram);
+      filled = 0;
+    }
+    fill_products(p, s);
+    cblas_dgemm(CblasColMajor, CblasTrans, CblasNoTrans, rows, (int)p->columns, count, 1,
+                e->rows + e->row_begin[s], count, p->products, count, 0, p->row + filled,
+                (int)depth);
+    if (others != NULL)
+      add_solid_others(p, s, others);
+    filled += rows;
+    if (s % BLOCK == 0)
+      THRUM_TRY(thrum_report(reporter, (double)s / (double)e->count, error));
+  }
+  if (filled > 0)
+    add_product(p, filled, gram);
+  return THRUM_OK;
+}
+
+// elements with points, gathered to blocks of them
+static void add_point_solids(panel *p, double *gram, double *others) {
+  const thrum_solid_elements *e = &p->fem->solids;
+  int64_t filled = 0;
+  for (int64_t s = 0; s < e->count; s++) {
+    if (thrum_solid_has_rows(e, s))
+      continue;
+    for (int64_t point = e->point_begin[s]; point < e->point_begin[s + 1]; point++) {
+      double shape[THRUM_FEM_NODES_MAX][3];
+      if (filled == 0) {
+        memset(p->gradient, 0, sizeof(double) * (size_t)(p->rank * 9 * BLOCK));
+        memset(p->weight, 0, sizeof p->weight);
+      }
+      thrum_solid_gradients(e, s, (int)(point - e->point_begin[s]), shape);
+      fill_nodes(p, thrum_solid_nodes(e, s), thrum_solid_node_count(e, s), shape, filled);
+      weigh(p, e->region[s], e->weight[point], filled++);
+      if (filled == BLOCK) {
+        add_block(p, gram, others);
+        filled = 0;
+      }
+    }
+  }
+  if (filled > 0)
+    add_block(p, gram, others);
+}
+
+static thrum_status add_solids(panel *p, double *gram, double *others,
+                               const thrum_reporter *reporter, thrum_error *error) {
+  THRUM_TRY(add_row_solids(p, gram, others, reporter, error));
+  add_point_solids(p, gram, others);
+  return THRUM_OK;
+}
+
 // gram (columns x columns, column-major, upper triangle) = A^T A, and others as above, which may be
 // NULL
 static thrum_status accumulate(panel *p, double *gram, double *others,
                                const thrum_reporter *reporter, thrum_error *error) {
-  const int64_t points = p->fem->tet_count * p->fem->point_count;
-  const int64_t depth = 6 * BLOCK, m = p->columns;
+  const int64_t points = p->fem->tet_count * p->fem->point_count, m = p->columns;
   memset(gram, 0, sizeof *gram * (size_t)(m * m));
   if (others != NULL)
     memset(others, 0, sizeof *others * (size_t)((p->rank - p->squared) * pairs_of(p->squared)));
 
   for (int64_t first = 0; first < points; first += BLOCK) {
-    // the columns of A for a block of points, transposed
     fill_gradients(p, first, points - first < BLOCK ? points - first : BLOCK);
-    double *row = p->row;
-    for (int64_t i = 0; i < p->rank; i++, row += depth)
-      fill_linear(p, i, row);
-    for (int64_t i = 0; i < p->squared; i++)
-      for (int64_t j = i; j < p->squared; j++, row += depth)
-        fill_product(p, i, j, i == j ? 0.5 : 1, row);
-
-    cblas_dsyrk(CblasColMajor, CblasUpper, CblasTrans, (int)m, (int)depth, 1, p->row, (int)depth, 1,
-                gram, (int)m);
-    if (others != NULL)
-      add_others(p, others);
-
+    add_block(p, gram, others);
     THRUM_TRY(thrum_report(reporter, (double)first / (double)points, error));
   }
-  return THRUM_OK;
+  return p->fem->solids.count > 0 ? add_solids(p, gram, others, reporter, error) : THRUM_OK;
 }
 
 static void copy_linear(const double *gram, int64_t m, int64_t rank, double *linear) {

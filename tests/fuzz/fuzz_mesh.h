@@ -49,7 +49,7 @@ static inline int fuzz_mesh_parse(thrum_mesh_parser *parse, const uint8_t *data,
   thrum_mesh mesh = {0};
   thrum_error error = {0};
   const thrum_status status =
-      parse(&(thrum_mesh_source){"input", data, size, NULL, false}, &mesh, &error);
+      parse(&(thrum_mesh_source){"input", data, size, NULL, false, size % 2 == 1}, &mesh, &error);
   fuzz_mesh_use(status, &mesh, &error);
   return 0;
 }

@@ -30,7 +30,7 @@ static double volume_of(const char *text) {
 static thrum_mesh raw(const char *text) {
   thrum_mesh mesh = {0};
   thrum_error error = {0};
-  const thrum_mesh_source source = {"a.inp", text, strlen(text), NULL, false};
+  const thrum_mesh_source source = {"a.inp", text, strlen(text), NULL, false, false};
   if (thrum_mesh_parse_abaqus(&source, &mesh, &error) < 0)
     fail_msg("%s", error.message);
   return mesh;

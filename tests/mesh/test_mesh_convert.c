@@ -299,7 +299,7 @@ static void damaged_binary_files_are_read_or_refused(void **state) {
         copy[n] = b < sizeof bytes ? bytes[b] : copy[n];
         thrum_mesh damaged = {0};
         const size_t length = b < sizeof bytes ? size : n;
-        const thrum_mesh_source source = {"m.msh", copy, length, NULL, false};
+        const thrum_mesh_source source = {"m.msh", copy, length, NULL, false, false};
         if (thrum_mesh_parse_msh(&source, &damaged, NULL) < 0)
           assert_null(damaged.tets);
         thrum_mesh_free(&damaged);

@@ -415,7 +415,7 @@ static void compressed_vtu_files_are_read(void **state) {
     for (size_t at = 0; at < size && n >= 8; at++) {
       const char kept = file[at];
       file[at] = (char)(kept ^ 0x55);
-      const thrum_mesh_source source = {"a.vtu", file, at % 2 ? size : at, NULL, false};
+      const thrum_mesh_source source = {"a.vtu", file, at % 2 ? size : at, NULL, false, false};
       if (thrum_mesh_parse_vtu(&source, &mesh, NULL) >= 0)
         thrum_mesh_free(&mesh);
       file[at] = kept;
@@ -465,7 +465,7 @@ static void a_compressed_array_is_no_larger_than_its_points_need(void **state) {
   assert_non_null(file);
   for (size_t n = 0; n < sizeof arrays / sizeof *arrays; n++) {
     const size_t size = make_swollen(file, ROOM, arrays[n], SIZE, 4);
-    const thrum_mesh_source source = {"a.vtu", file, size, NULL, false};
+    const thrum_mesh_source source = {"a.vtu", file, size, NULL, false, false};
     const double before = clock_peak_mb();
     thrum_mesh mesh = {0};
     thrum_error error = {0};
@@ -478,7 +478,7 @@ static void a_compressed_array_is_no_larger_than_its_points_need(void **state) {
   static const char vectors[] = "<PointData><DataArray type=\"Float64\" Name=\"v\" "
                                 "NumberOfComponents=\"1000000\" " APPENDED "</PointData>";
   const size_t wide = make_swollen(file, ROOM, vectors, SIZE, 100);
-  const thrum_mesh_source wide_source = {"a.vtu", file, wide, NULL, false};
+  const thrum_mesh_source wide_source = {"a.vtu", file, wide, NULL, false, false};
   const double before = clock_peak_mb();
   thrum_mesh none = {0};
   assert_int_equal(thrum_mesh_parse_vtu(&wide_source, &none, NULL), THRUM_MISSING);
@@ -486,7 +486,7 @@ static void a_compressed_array_is_no_larger_than_its_points_need(void **state) {
 
   // nor do points count that the file has no room to name
   const size_t size = make_swollen(file, ROOM, arrays[0], SIZE, SIZE / 24);
-  const thrum_mesh_source source = {"a.vtu", file, size, NULL, false};
+  const thrum_mesh_source source = {"a.vtu", file, size, NULL, false, false};
   thrum_mesh mesh = {0};
   thrum_error error = {0};
   assert_int_equal(thrum_mesh_parse_vtu(&source, &mesh, &error), THRUM_BAD_FORMAT);

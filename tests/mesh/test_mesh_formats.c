@@ -523,8 +523,8 @@ static void damage(const char *name, const char *data, size_t size) {
       const size_t length = b < sizeof bytes ? size : n;
 
       // the reader of this format, without the file system
-      const thrum_mesh_source source = {name, copy, length, NULL, false};
-      const thrum_mesh_source nodes = {name, NODE, strlen(NODE), NULL, false};
+      const thrum_mesh_source source = {name, copy, length, NULL, false, false};
+      const thrum_mesh_source nodes = {name, NODE, strlen(NODE), NULL, false, false};
       thrum_status status =
           strcmp(name, "a.mesh") == 0  ? thrum_mesh_parse_medit(&source, &mesh, NULL)
           : strcmp(name, "a.vtk") == 0 ? thrum_mesh_parse_vtk(&source, &mesh, NULL)

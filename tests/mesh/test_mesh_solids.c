@@ -46,7 +46,7 @@ static void number(grid *g, uint64_t seed) {
 
 /* Adds the corners of an element, given in halves, and its middle nodes. */
 static int add_element(const grid *g, thrum_solid kind, int corners[][3], char *text) {
-  const thrum_solid_shape *shape = &thrum_solid_shapes[kind];
+  const thrum_solid_topology *shape = &thrum_solid_shapes[kind];
   int used = 0;
   for (int c = 0; c < shape->corners; c++)
     used += sprintf(text + used, ",%d", g->numbers[corners[c][0]][corners[c][1]][corners[c][2]]);

@@ -133,7 +133,7 @@ static void each_section_is_read_and_passed(void **state) {
 
     // cut off anywhere it is refused, or read as far as it goes, and never beyond its end
     for (size_t size = 0; size < file.size; size += 7) {
-      const thrum_mesh_source source = {"a.vtk", file.data, size, NULL, false};
+      const thrum_mesh_source source = {"a.vtk", file.data, size, NULL, false, false};
       if (thrum_mesh_parse_vtk(&source, &mesh, NULL) >= 0)
         thrum_mesh_free(&mesh);
     }

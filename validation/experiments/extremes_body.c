@@ -72,7 +72,7 @@ static thrum_status make_tet(const experiment_extreme *extreme, thrum_mesh *mesh
                              "0 1 0 0\n0 0 1 0\nTetrahedra\n1\n1 2 3 4 0\nEnd\n";
   static const int32_t last = 3;
   thrum_mesh made = {0};
-  const thrum_mesh_source source = {"one tetrahedron", text, sizeof text - 1, NULL, false};
+  const thrum_mesh_source source = {"one tetrahedron", text, sizeof text - 1, NULL, false, false};
   thrum_status status = thrum_mesh_parse_medit(&source, &made, error);
   THRUM_THEN(status, thrum_mesh_clean(&made, "one tetrahedron", extreme->size[0], error));
   THRUM_THEN(status, thrum_mesh_add_group(&made, "apex", &last, 1, error));

@@ -1,0 +1,17 @@
+/* Thin elements: which hexahedra and wedges are solid-shells. SPDX-License-Identifier: Apache-2.0
+ */
+#ifndef THRUM_MESH_MESH_SHELLS_H
+#define THRUM_MESH_MESH_SHELLS_H
+
+#include "mesh/mesh.h"
+
+/* A thickness below this share of the shorter side is thin: from there on bending rules. */
+#define THRUM_SHELL_THIN 0.34
+
+/* Makes solid-shells of the hexahedra of eight nodes and the wedges of six whose thickness is below
+ * this share of their shorter side (0: none; INFINITY: all), and notes how many there are. The
+ * thickness of a hexahedron is its shortest side, and its nodes are turned so that it comes last;
+ * that of a wedge goes from triangle to triangle. */
+void thrum_mesh_choose_shells(thrum_mesh *mesh, double thin);
+
+#endif

@@ -1,0 +1,354 @@
+/* Hexahedra, wedges and solid-shells: the shape functions, the patch test on distorted meshes, and
+ * that energy, forces, stiffness, derivatives and the reduced polynomial are those of one quartic.
+ * SPDX-License-Identifier: Apache-2.0 */
+#include "tests/support/precompute_support.h"
+
+#include "core/base/vec3.h"
+#include "mesh/mesh_shells.h"
+#include "precompute/fem/fem_solids.h"
+#include "thrum/polynomial.h"
+
+static void assert_within(double value, double expected, double tolerance) {
+  if (!(fabs(value - expected) <= tolerance))
+    fail_msg("%.17g is not %.17g within %g", value, expected, tolerance);
+}
+
+/* A box of 3 x 2 x 1 boxes of 1 x 1 x `height`, each an element or two of a form; inner and outer
+ * nodes are moved by up to `shift`, of solid-shells along the middle surface alone. */
+enum { NX = 3, NY = 2 };
+
+typedef struct grid {
+  thrum_mesh mesh;
+  int64_t ends;
+} grid;
+
+static int32_t place_node(grid *g, int32_t *index, const int at[3], double height) {
+  int32_t *node = &index[(at[2] * (2 * NY + 1) + at[1]) * (2 * NX + 1) + at[0]];
+  if (*node >= 0)
+    return *node;
+  *node = (int32_t)g->mesh.vertex_count++;
+  double *place = g->mesh.vertices + 3 * (int64_t)*node;
+  place[0] = at[0] / 2.0;
+  place[1] = at[1] / 2.0;
+  place[2] = height * at[2] / 2.0;
+  return *node;
+}
+
+/* One element of corners on the grid; middle nodes where the form has them. */
+static void place_element(grid *g, int32_t *index, thrum_solid_form form, int (*corners)[3],
+                          double height) {
+  const thrum_solid_form_shape *of = &thrum_solid_forms[form];
+  const thrum_solid_topology *shape = &thrum_solid_shapes[of->kind];
+  int64_t numbers[THRUM_SOLID_NODES_MAX];
+  int tets[THRUM_SOLID_MIDDLE_TETS_MAX][4];
+  int32_t *nodes = g->mesh.solid_nodes + g->ends;
+  for (int n = 0; n < of->nodes; n++) {
+    int at[3];
+    for (int d = 0; d < 3; d++) {
+      const int *edge = n < shape->corners ? NULL : shape->edge[n - shape->corners];
+      at[d] = edge ? (corners[edge[0]][d] + corners[edge[1]][d]) / 2 : corners[n][d];
+    }
+    numbers[n] = nodes[n] = place_node(g, index, at, height);
+  }
+
+  // its tets are its shape
+  const int count = of->nodes > shape->corners ? thrum_solid_cut_middles(of->kind, numbers, tets)
+                                               : thrum_solid_cut(of->kind, numbers, tets);
+  for (int t = 0; t < count; t++)
+    for (int c = 0; c < 4; c++)
+      g->mesh.tets[4 * (g->mesh.tet_count + t) + c] = nodes[tets[t][c]];
+  g->mesh.tet_count += count;
+  g->ends += of->nodes;
+  g->mesh.solid_form[g->mesh.solid_count] = (uint8_t)form;
+  g->mesh.solid_ends[g->mesh.solid_count] = (int32_t)g->ends;
+  g->mesh.solid_tet_ends[g->mesh.solid_count++] = (int32_t)g->mesh.tet_count;
+}
+
+static body grid_make(thrum_solid_form form, double height, double shift) {
+  const int room = 2 * NX * NY;
+  grid g = {0};
+  int32_t index[3 * (2 * NY + 1) * (2 * NX + 1)];
+  memset(index, -1, sizeof index);
+  g.mesh.vertices = need(3 * sizeof index / sizeof *index, sizeof(double));
+  g.mesh.tets = need((size_t)room * THRUM_SOLID_MIDDLE_TETS_MAX * 4, sizeof(int32_t));
+  g.mesh.solid_form = need((size_t)room, 1);
+  g.mesh.solid_ends = need((size_t)room, sizeof(int32_t));
+  g.mesh.solid_tet_ends = need((size_t)room, sizeof(int32_t));
+  g.mesh.solid_nodes = need((size_t)room * THRUM_SOLID_NODES_MAX, sizeof(int32_t));
+  const bool wedges = thrum_solid_forms[form].kind == THRUM_SOLID_WEDGE;
+  for (int i = 0; i < 2 * NX; i += 2)
+    for (int j = 0; j < 2 * NY; j += 2) {
+      int box[8][3], wedge[2][6][3];
+      static const int side[8][3] = {{0, 0, 0}, {2, 0, 0}, {2, 2, 0}, {0, 2, 0},
+                                     {0, 0, 2}, {2, 0, 2}, {2, 2, 2}, {0, 2, 2}};
+      static const int of_wedge[2][6] = {{0, 1, 2, 4, 5, 6}, {0, 2, 3, 4, 6, 7}};
+      for (int c = 0; c < 24; c++)
+        box[c / 3][c % 3] = side[c / 3][c % 3] + (c % 3 == 0 ? i : c % 3 == 1 ? j : 0);
+      for (int w = 0; w < 2; w++)
+        for (int c = 0; c < 6; c++)
+          memcpy(wedge[w][c], box[of_wedge[w][c]], sizeof wedge[w][c]);
+      for (int w = 0; wedges && w < 2; w++)
+        place_element(&g, index, form, wedge[w], height);
+      if (!wedges)
+        place_element(&g, index, form, box, height);
+    }
+
+  // upright edges of a solid-shell stay upright
+  const bool shell = form == THRUM_FORM_SHELL6 || form == THRUM_FORM_SHELL8;
+  for (int64_t v = 0; v < g.mesh.vertex_count; v++) {
+    double *x = g.mesh.vertices + 3 * v;
+    const double moved[2] = {sin(3 * x[0] + 5 * x[1]), cos(4 * x[0] + 7 * x[1])};
+    for (int d = 0; d < (shell ? 2 : 3); d++)
+      x[d] += shift * (shell ? moved[d] : random_number());
+  }
+
+  g.mesh.tet_region = need((size_t)g.mesh.tet_count, sizeof(int32_t));
+  g.mesh.region_count = 1;
+  g.mesh.materials = need(1, sizeof *g.mesh.materials);
+  g.mesh.materials[0] = (thrum_material){1e3, 0.3, 2};
+  g.mesh.has_material = true;
+  return (body){g.mesh, need((size_t)g.mesh.vertex_count, 1)};
+}
+
+static const thrum_solid_form forms[] = {THRUM_FORM_WEDGE6, THRUM_FORM_WEDGE15, THRUM_FORM_HEX8,
+                                         THRUM_FORM_HEX20,  THRUM_FORM_SHELL6,  THRUM_FORM_SHELL8};
+enum { FORMS = sizeof forms / sizeof *forms };
+
+static bool is_shell(thrum_solid_form form) {
+  return form == THRUM_FORM_SHELL6 || form == THRUM_FORM_SHELL8;
+}
+
+static body distorted(thrum_solid_form form) {
+  return grid_make(form, is_shell(form) ? 0.1 : 1, is_shell(form) ? 0.1 : 0.08);
+}
+
+static void shape_functions_add_up_to_one_and_are_one_at_their_node(void **state) {
+  (void)state;
+  for (int form = 0; form < THRUM_FORMS; form++) {
+    thrum_solid_table table;
+    thrum_solid_table_make((thrum_solid_form)form, &table);
+    double volume = 0;
+    for (int p = 0; p < table.points; p++) {
+      double sum = 0, slope[3] = {0};
+      volume += table.weight[p];
+      for (int n = 0; n < table.nodes; n++) {
+        sum += table.shape[p][n];
+        for (int d = 0; d < 3; d++)
+          slope[d] += table.slopes[p][n][d];
+      }
+      assert_within(sum, 1, 1e-14);
+      for (int d = 0; d < 3; d++)
+        assert_within(slope[d], 0, 1e-14);
+
+      // slopes are those of the functions
+      for (int d = 0; d < 3; d++) {
+        double up[THRUM_SOLID_NODES_MAX], down[THRUM_SOLID_NODES_MAX], at[2][3];
+        for (int side = 0; side < 2; side++)
+          for (int c = 0; c < 3; c++)
+            at[side][c] = table.place[p][c] + (c == d ? (side ? 1e-6 : -1e-6) : 0);
+        thrum_solid_shape_at((thrum_solid_form)form, at[0], down, NULL);
+        thrum_solid_shape_at((thrum_solid_form)form, at[1], up, NULL);
+        for (int n = 0; n < table.nodes; n++)
+          assert_within((up[n] - down[n]) / 2e-6, table.slopes[p][n][d], 1e-8);
+      }
+    }
+    const thrum_solid kind = thrum_solid_forms[form].kind;
+    assert_within(volume,
+                  kind == THRUM_SOLID_HEXAHEDRON ? 8
+                  : kind == THRUM_SOLID_WEDGE    ? 1
+                                                 : 1.0 / 6,
+                  1e-14);
+  }
+}
+
+/* Green's strain of a displacement gradient, and its stress P = F S. */
+static double respond(const thrum_fem *fem, double g[3][3], double p[3][3]) {
+  double e[3][3], s[3][3], energy = 0;
+  for (int c = 0; c < 3; c++)
+    for (int d = 0; d < 3; d++) {
+      e[c][d] = (g[c][d] + g[d][c]) / 2;
+      for (int k = 0; k < 3; k++)
+        e[c][d] += g[k][c] * g[k][d] / 2;
+    }
+  thrum_stress(fem->lambda[0], fem->mu[0], e, s);
+  for (int c = 0; c < 3; c++)
+    for (int d = 0; d < 3; d++) {
+      energy += s[c][d] * e[c][d] / 2;
+      p[c][d] = s[c][d];
+      for (int k = 0; k < 3; k++)
+        p[c][d] += g[c][k] * s[k][d];
+    }
+  return energy;
+}
+
+/* Under a uniform displacement gradient, of large strain, every element has the energy of the
+ * continuum, and pushes its nodes as the stress of that does: the volume integrals of the gradients
+ * of the shape functions times P. */
+static void patch_test_passes_on_distorted_meshes(void **state) {
+  (void)state;
+  for (int f = 0; f < FORMS; f++) {
+    body b = distorted(forms[f]);
+    thrum_fem fem = body_fem(&b);
+    const int64_t all = 3 * fem.vertex_count;
+    double g[3][3] = {{0.1, 0.02, 0.03}, {-0.04, 0.05, 0.06}, {0.02, -0.01, -0.03}}, p[3][3];
+    double *u = need((size_t)all, sizeof *u), *force = need((size_t)all, sizeof *force);
+    double *expected = need((size_t)all, sizeof *expected), volume = 0;
+    const double density = respond(&fem, g, p);
+    for (int64_t v = 0; v < fem.vertex_count; v++)
+      for (int c = 0; c < 3; c++)
+        u[3 * v + c] = thrum_dot3(g[c], fem.vertices + 3 * v);
+
+    for (int64_t s = 0; s < fem.solids.count; s++) {
+      volume += fem.solids.volume[s];
+      for (int64_t at = fem.solids.point_begin[s]; at < fem.solids.point_begin[s + 1]; at++) {
+        double shape[THRUM_SOLID_NODES_MAX][3];
+        thrum_solid_gradients(&fem.solids, s, (int)(at - fem.solids.point_begin[s]), shape);
+        for (int a = 0; a < thrum_solid_node_count(&fem.solids, s); a++)
+          for (int c = 0; c < 3; c++)
+            expected[3 * (int64_t)thrum_solid_nodes(&fem.solids, s)[a] + c] +=
+                fem.solids.weight[at] * thrum_dot3(p[c], shape[a]);
+      }
+    }
+    assert_within(thrum_fem_energy(&fem, u, force) / (density * volume), 1, 1e-12);
+    printf("form %d\n", f);
+    assert_near(force, expected, all, 1e-11);
+    thrum_fem_free(&fem);
+    body_free(&b);
+    free(u);
+    free(force);
+    free(expected);
+  }
+}
+
+static void force_is_the_slope_of_energy_and_stiffness_that_of_force(void **state) {
+  (void)state;
+  for (int f = 0; f < FORMS; f++) {
+    body b = distorted(forms[f]);
+    memset(b.fixed, 7, 2);
+    thrum_fem fem = body_fem(&b);
+    const int64_t all = 3 * fem.vertex_count, n = fem.free_count;
+    thrum_error error = {0};
+    thrum_sparse stiffness = {0};
+    assert_int_equal(thrum_fem_pattern(&fem, &stiffness, &error), THRUM_OK);
+
+    // differences along a direction about a displaced place
+    const double h = 1e-4;
+    double *u = random_vector(all, 0.05), *d = random_vector(n, 1);
+    double *along = need((size_t)all, sizeof *along), *at = need((size_t)all, sizeof *at);
+    double *force[3], *slope = need((size_t)n, sizeof *slope), *kd = need((size_t)n, sizeof *kd);
+    double energy[3];
+    thrum_fem_scatter(&fem, d, along);
+    for (int k = 0; k < 3; k++) {
+      force[k] = need((size_t)all, sizeof **force);
+      for (int64_t i = 0; i < all; i++)
+        at[i] = u[i] + (k - 1) * h * along[i];
+      energy[k] = thrum_fem_energy(&fem, at, force[k]);
+    }
+    const double work = dot_of(force[1], along, all);
+    assert_within((energy[2] - energy[0]) / (2 * h) / work, 1, 1e-4);
+    assert_int_equal(thrum_fem_stiffness(&fem, u, &stiffness, &error), THRUM_OK);
+    thrum_sparse_product(&stiffness, d, 1, kd);
+    for (int64_t i = 0; i < n; i++)
+      slope[i] = (force[2][fem.component[i]] - force[0][fem.component[i]]) / (2 * h);
+    assert_near(slope, kd, n, 1e-6);
+
+    // the force between two places does the work of the change of energy
+    double *mean = need((size_t)all, sizeof *mean);
+    for (int64_t i = 0; i < all; i++)
+      at[i] = 2 * u[i] + along[i] * 0.1;
+    thrum_fem_solids_mean_force(&fem, u, at, mean);
+    const double change = thrum_fem_energy(&fem, at, NULL) - energy[1];
+    for (int64_t i = 0; i < all; i++)
+      at[i] -= u[i];
+    assert_within(dot_of(mean, at, all) / change, 1, 1e-11);
+
+    for (int k = 0; k < 3; k++)
+      free(force[k]);
+    free(mean);
+    free(u);
+    free(d);
+    free(along);
+    free(at);
+    free(slope);
+    free(kd);
+    thrum_sparse_free(&stiffness);
+    thrum_fem_free(&fem);
+    body_free(&b);
+  }
+}
+
+static double polynomial_of(const thrum_model *model, const double *q) {
+  double v = 0;
+  int64_t r = model->rank;
+  for (int64_t i = 0; i < r; i++)
+    v += model->omega2[i] * q[i] * q[i] / 2;
+  for (int64_t i = 0; i < r; i++)
+    for (int64_t j = i; j < r; j++)
+      for (int64_t k = j; k < r; k++) {
+        v += model->c3[thrum_c3_index(r, i, j, k)] * q[i] * q[j] * q[k];
+        for (int64_t l = k; l < r; l++)
+          v += model->c4[thrum_c4_index(r, i, j, k, l)] * q[i] * q[j] * q[k] * q[l];
+      }
+  return v;
+}
+
+/* V(q) is V_full(U q) to rounding, so the energy of the mesh is a quartic. */
+static void reduced_polynomial_is_the_energy_of_the_mesh(void **state) {
+  (void)state;
+  for (int f = 0; f < FORMS; f++) {
+    body b = distorted(forms[f]);
+    for (int64_t v = 0; v < b.mesh.vertex_count; v++)
+      b.fixed[v] = b.mesh.vertices[3 * v] < 0.25 ? 7 : 0;
+    thrum_precomputed result = body_precompute(&b, 4, 8);
+    thrum_fem fem = body_fem(&b);
+    const int64_t all = 3 * fem.vertex_count;
+    double q[8], *u = need((size_t)all, sizeof *u);
+    for (int i = 0; i < 8; i++)
+      q[i] = 0.3 * random_number();
+    for (int64_t c = 0; c < all; c++)
+      u[c] = dot_of(result.model.basis + 8 * c, q, 8);
+    assert_within(polynomial_of(&result.model, q) / thrum_fem_energy(&fem, u, NULL), 1, 1e-10);
+    assert_int_equal(result.model.solid_count, b.mesh.solid_count);
+    assert_within(result.mass, 2 * result.volume, 1e-12);
+    free(u);
+    thrum_fem_free(&fem);
+    thrum_precomputed_free(&result);
+    body_free(&b);
+  }
+}
+
+/* The thickness is the shortest side, whichever node a file begins with. */
+static void turned_hexahedra_are_the_same_shell(void **state) {
+  (void)state;
+  body b = grid_make(THRUM_FORM_HEX8, 0.1, 0), c = grid_make(THRUM_FORM_HEX8, 0.1, 0);
+  static const int turned[8] = {0, 3, 7, 4, 1, 2, 6, 5};
+  for (int64_t s = 0; s < c.mesh.solid_count; s++) {
+    int32_t old[8];
+    memcpy(old, c.mesh.solid_nodes + 8 * s, sizeof old);
+    for (int n = 0; n < 8; n++)
+      c.mesh.solid_nodes[8 * s + n] = old[turned[n]];
+  }
+  thrum_mesh_choose_shells(&b.mesh, THRUM_SHELL_THIN);
+  thrum_mesh_choose_shells(&c.mesh, THRUM_SHELL_THIN);
+  assert_int_equal(b.mesh.note_count, 1);
+  thrum_fem one = body_fem(&b), other = body_fem(&c);
+  double *u = random_vector(3 * one.vertex_count, 0.05);
+  assert_int_equal(c.mesh.solid_form[0], THRUM_FORM_SHELL8);
+  assert_within(thrum_fem_energy(&one, u, NULL) / thrum_fem_energy(&other, u, NULL), 1, 1e-9);
+  free(u);
+  thrum_fem_free(&one);
+  thrum_fem_free(&other);
+  body_free(&b);
+  body_free(&c);
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(shape_functions_add_up_to_one_and_are_one_at_their_node),
+      cmocka_unit_test(patch_test_passes_on_distorted_meshes),
+      cmocka_unit_test(force_is_the_slope_of_energy_and_stiffness_that_of_force),
+      cmocka_unit_test(reduced_polynomial_is_the_energy_of_the_mesh),
+      cmocka_unit_test(turned_hexahedra_are_the_same_shell),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}
