@@ -10,6 +10,7 @@
 #include "driver/model/mesh_warnings.h"
 #include "io/json.h"
 #include "mesh/mesh_flags.h"
+#include "mesh/solids.h"
 #include "mesh/mesh_groups.h"
 #include "mesh/mesh_thickness.h"
 #include "thrum/thrum.h"
@@ -82,7 +83,7 @@ static void print_thickness(const thrum_mesh *mesh, const thrum_mesh_examined *e
   const bool most = e->cells_across >= THRUM_THICKNESS_CELLS_MAX;
   printf("%-18s%.2g cell%s%s over the thickness of the thinnest quarter", "thickness",
          e->cells_across, e->cells_across == 1 ? "" : "s", most ? " or more" : "");
-  if (!mesh->midsides && e->cells_across < BENDING_CELLS)
+  if (mesh->solid_count == 0 && !mesh->midsides && e->cells_across < BENDING_CELLS)
     printf(
         ": bending frequencies there come out about %.0f %% too high, by a rule of thumb that is "
         "within three times; --order 2 mends that",
@@ -100,6 +101,9 @@ void check_report_print(const char *name, const thrum_mesh *mesh, const thrum_me
          " piece%s\n",
          "size", mesh->vertex_count, e->interior_vertices, mesh->tet_count, e->pieces,
          e->pieces == 1 ? "" : "s");
+  if (mesh->solid_count > 0)
+    printf("%-18s%s, whose shape the tetrahedra are\n", "elements",
+           thrum_solid_count_words(mesh->solid_form, mesh->solid_count).text);
   printf("%-18s%.6g m^3", "body", e->volume);
   if (mesh->has_material)
     printf(", %.6g kg", e->mass);
@@ -209,7 +213,7 @@ cJSON *check_report_object(const char *name, const thrum_mesh *mesh, const thrum
                  {"interior_vertices", (double)e->interior_vertices},
                  {"shallow_tets", (double)e->shallow_tets},
                  {"cells_across", e->cells_across},
-                 {"bending_error", mesh->midsides ? 0 : thrum_bending_error(e->cells_across)},
+                 {"bending_error", mesh->midsides || mesh->solid_count > 0 ? 0 : thrum_bending_error(e->cells_across)},
                  {"hinge_edges", (double)e->hinges},
                  {"coincident_vertices", (double)e->coincident_vertices},
                  {"flipped_tets", (double)mesh->flipped_tets},

@@ -27,6 +27,7 @@
 #include "io/json.h"
 #include "io/report.h"
 #include "mesh/model_quality.h"
+#include "mesh/solids.h"
 #include "platform/allocate.h"
 #include "platform/clock.h"
 #include "precompute/model/load_share.h"
@@ -210,6 +211,10 @@ static void add_mesh(cJSON *object, const info *about) {
   const double missing = NAN;
   json_number(object, "vertices", (double)about->model->vertex_count);
   json_number(object, "tets", (double)about->model->tet_count);
+  if (about->model->solid_count > 0)
+    cJSON_AddStringToObject(
+        object, "solids",
+        thrum_solid_count_words(about->model->solid_form, about->model->solid_count).text);
   locking_json(object, about->model);
 
   // counts, then what only a mesh has; null without one
@@ -473,7 +478,8 @@ static const report_line head[] = {
     REPORT_LINE("model", "{model}, format {format_major}.{format_minor}"),
     REPORT_LINE(
         "mesh",
-        "{has_mesh?{vertices} vertices ({fixed} held), {tets} tetrahedra{ten_nodes? of ten nodes}, "
+        "{has_mesh?{vertices} vertices ({fixed} held), {solids?{solids}|{tets} "
+        "tetrahedra{ten_nodes? of ten nodes}}, "
         "{regions} material{regions#|s}|none: a polynomial alone}"),
     REPORT_LINE("elements", "{elements}"),
     {0}};

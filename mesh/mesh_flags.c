@@ -83,12 +83,12 @@ unsigned thrum_mesh_flags(const thrum_mesh *mesh, const thrum_mesh_examined *e) 
   flags |= thrum_mesh_odd_modulus(mesh) >= 0 ? THRUM_EXAMINE_MODULUS : 0U;
   flags |= distance(e) > DISTANCE_FAR * e->extent ? THRUM_EXAMINE_FAR : 0U;
 
-  // tets of ten nodes bend, and lock far less
-  const bool linear = mesh->midsides == NULL;
+  // tets of ten nodes and solids bend, and lock far less
+  const bool linear = mesh->midsides == NULL && mesh->solid_count == 0;
   const bool thin = (double)e->shallow_tets > SHALLOW_SHARE * (double)mesh->tet_count;
   flags |= linear && e->poisson_max > POISSON_LOCKS ? THRUM_EXAMINE_LOCKING : 0U;
   flags |= linear && thin ? THRUM_EXAMINE_THIN : 0U;
-  flags |= e->ratio_min < RATIO_SLIVER ? THRUM_EXAMINE_SLIVERS : 0U;
+  flags |= mesh->solid_count == 0 && e->ratio_min < RATIO_SLIVER ? THRUM_EXAMINE_SLIVERS : 0U;
 
   // middle nodes of quadratic tets, and centres of what was cut, are dropped as a matter of course
   const bool dropped =

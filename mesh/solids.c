@@ -3,6 +3,7 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "mesh/solids.h"
 
+#include <stdio.h>
 #include <string.h>
 
 const thrum_solid_topology thrum_solid_shapes[THRUM_SOLID_KINDS] = {
@@ -60,6 +61,19 @@ thrum_solid_form thrum_solid_form_of(thrum_solid kind, bool quadratic) {
   if (kind == THRUM_SOLID_WEDGE)
     return quadratic ? THRUM_FORM_WEDGE15 : THRUM_FORM_WEDGE6;
   return quadratic ? THRUM_FORM_TET10 : THRUM_FORM_TET4;
+}
+
+thrum_solid_words thrum_solid_count_words(const uint8_t *forms, int64_t count) {
+  thrum_solid_words words = {""};
+  long long counts[THRUM_FORMS] = {0};
+  size_t length = 0;
+  for (int64_t s = 0; s < count; s++)
+    counts[forms[s]]++;
+  for (int form = 0; form < THRUM_FORMS; form++)
+    if (counts[form] > 0)
+      length += (size_t)snprintf(words.text + length, sizeof words.text - length, "%s%lld %s",
+                                 length > 0 ? ", " : "", counts[form], thrum_solid_forms[form].name);
+  return words;
 }
 
 static bool has_corner(const int face[4], int corner) {

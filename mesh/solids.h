@@ -63,6 +63,12 @@ typedef struct thrum_solid_topology {
 
 extern const thrum_solid_topology thrum_solid_shapes[THRUM_SOLID_KINDS];
 
+/* How many solids there are of each form, such as "100 solid-shell hexahedra", in words. */
+typedef struct thrum_solid_words {
+  char text[320];
+} thrum_solid_words;
+thrum_solid_words thrum_solid_count_words(const uint8_t *forms, int64_t count);
+
 /* Cuts an element whose corners have these numbers; fills in the corners of its tets, each a place
  * among the element's own, wound as the element is. Returns how many tets there are, at most
  * THRUM_SOLID_TETS_MAX; corners that come twice give tets with a vertex twice. */

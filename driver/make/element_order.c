@@ -10,6 +10,7 @@
 #include "driver/model/locking.h"
 #include "io/json.h"
 #include "mesh/midsides.h"
+#include "mesh/solids.h"
 #include "platform/memory_limit.h"
 #include "platform/threads.h"
 #include "precompute/basis/order_find.h"
@@ -145,6 +146,12 @@ static void add_errors(cJSON *object, const char *key, const double *values, int
     snprintf(text, sizeof text, "%.3g", values[i]);
     cJSON_AddItemToArray(errors, json_number_item(strtod(text, NULL)));
   }
+}
+
+void element_solids_json(cJSON *object, const thrum_mesh *mesh) {
+  if (mesh->solid_count > 0)
+    cJSON_AddStringToObject(object, "solids",
+                            thrum_solid_count_words(mesh->solid_form, mesh->solid_count).text);
 }
 
 void element_order_json(cJSON *object, const element_order *order, const thrum_mesh *mesh) {

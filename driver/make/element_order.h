@@ -44,4 +44,7 @@ void element_order_say(const element_order *order, const thrum_mesh *mesh, const
 /* Adds the order, who chose it, and the errors of linear and of ten-node tetrahedra. */
 void element_order_json(cJSON *object, const element_order *order, const thrum_mesh *mesh);
 
+/* Adds "solids", the elements of a mesh that are no plain tetrahedra, in words; none: no key. */
+void element_solids_json(cJSON *object, const thrum_mesh *mesh);
+
 #endif

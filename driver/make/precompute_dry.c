@@ -6,6 +6,7 @@
 #include "driver/make/precompute_dry.h"
 #include "driver/make/precompute_progress.h"
 #include "driver/make/precompute_train.h"
+#include "mesh/solids.h"
 #include "io/json.h"
 #include "precompute/build_info.h"
 #include "precompute/estimate.h"
@@ -54,9 +55,13 @@ static void print_table(const precompute_outcome *outcome, const thrum_estimate 
   const bool cubature = outcome->request->options.cubature;
 
   // the size of the problem, and the memory that it takes
-  printf("%-18s%" PRId64 " vertices (%" PRId64 " held), %" PRId64 " tetrahedra%s\n", "mesh",
-         mesh->vertex_count, outcome->fixed_count, mesh->tet_count,
-         mesh->midsides != NULL ? " of ten nodes" : "");
+  printf("%-18s%" PRId64 " vertices (%" PRId64 " held), ", "mesh", mesh->vertex_count,
+         outcome->fixed_count);
+  if (mesh->solid_count > 0)
+    printf("%s\n", thrum_solid_count_words(mesh->solid_form, mesh->solid_count).text);
+  else
+    printf("%" PRId64 " tetrahedra%s\n", mesh->tet_count,
+           mesh->midsides != NULL ? " of ten nodes" : "");
   printf("%-18s%" PRId64 " free components, %.4g nonzeros, %.4g Gflop\n", "factor",
          estimate->free_dofs, (double)estimate->factor_nonzeros, 1e-9 * estimate->factor_flops);
   printf("%-18sabout %.0f MB, %.0f MB more than now; %.0f MB %s are left: %s\n", "memory",

@@ -219,6 +219,7 @@ char *precompute_meta(const precompute_outcome *outcome) {
   add_hash(about, "hash", mesh);
   json_number(about, "vertices", (double)mesh->vertex_count);
   json_number(about, "tets", (double)mesh->tet_count);
+  element_solids_json(about, mesh);
   element_order_json(about, &outcome->order, mesh);
   add_materials(meta, mesh);
 
@@ -334,6 +335,7 @@ static cJSON *make_report(const precompute_outcome *outcome) {
   add_hash(object, "mesh_hash", mesh);
   json_number(object, "vertices", (double)mesh->vertex_count);
   json_number(object, "tets", (double)mesh->tet_count);
+  element_solids_json(object, mesh);
   element_order_json(object, &outcome->order, mesh);
   if (result->quadrature_order > 0)
     json_number(object, "quadrature_order", result->quadrature_order);
@@ -392,9 +394,8 @@ static cJSON *make_report(const precompute_outcome *outcome) {
 static const report_line lines[] = {
     // the file, the mesh and the body
     REPORT_LINE("model", "{model}"),
-    REPORT_LINE("mesh", "{vertices} vertices ({fixed} held), {tets} tetrahedra{ten_nodes? of ten "
-                        "nodes{order_by=auto?, by --order "
-                        "auto}}"),
+    REPORT_LINE("mesh", "{vertices} vertices ({fixed} held), {solids?{solids}|{tets} tetrahedra{ten_nodes? "
+                        "of ten nodes{order_by=auto?, by --order auto}}}"),
     REPORT_LINE("body", "{mass_kg:.6g} kg, {volume_m3:.6g} m^3, {size_m.0:.4g} x {size_m.1:.4g} x "
                         "{size_m.2:.4g} m"),
     REPORT_LINE("solver",
