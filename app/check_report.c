@@ -10,9 +10,9 @@
 #include "driver/model/mesh_warnings.h"
 #include "io/json.h"
 #include "mesh/mesh_flags.h"
-#include "mesh/solids.h"
 #include "mesh/mesh_groups.h"
 #include "mesh/mesh_thickness.h"
+#include "mesh/solids.h"
 #include "thrum/thrum.h"
 
 static const unsigned ALL_FLAGS[] = {
@@ -213,7 +213,9 @@ cJSON *check_report_object(const char *name, const thrum_mesh *mesh, const thrum
                  {"interior_vertices", (double)e->interior_vertices},
                  {"shallow_tets", (double)e->shallow_tets},
                  {"cells_across", e->cells_across},
-                 {"bending_error", mesh->midsides || mesh->solid_count > 0 ? 0 : thrum_bending_error(e->cells_across)},
+                 {"bending_error", mesh->midsides || mesh->solid_count > 0
+                                       ? 0
+                                       : thrum_bending_error(e->cells_across)},
                  {"hinge_edges", (double)e->hinges},
                  {"coincident_vertices", (double)e->coincident_vertices},
                  {"flipped_tets", (double)mesh->flipped_tets},

@@ -119,7 +119,13 @@ static int convert(const convert_request *request) {
   thrum_error error = {0};
   thrum_mesh mesh = {0};
   thrum_mesh_lost lost = {0};
-  thrum_status status = thrum_mesh_read_with(request->input, &request->reading, &mesh, &error);
+  thrum_mesh_read_options reading = request->reading;
+  if (reading.element > THRUM_ELEMENT_TET)
+    return config_usage("convert", "it writes tetrahedra: leave --element out, or give tet");
+
+  // the formats are written with tetrahedra
+  reading.element = THRUM_ELEMENT_TET;
+  thrum_status status = thrum_mesh_read_with(request->input, &reading, &mesh, &error);
   if (status < 0)
     return config_refuse(&error);
 

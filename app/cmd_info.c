@@ -476,11 +476,9 @@ static void print_materials(const info *about) {
 
 static const report_line head[] = {
     REPORT_LINE("model", "{model}, format {format_major}.{format_minor}"),
-    REPORT_LINE(
-        "mesh",
-        "{has_mesh?{vertices} vertices ({fixed} held), {solids?{solids}|{tets} "
-        "tetrahedra{ten_nodes? of ten nodes}}, "
-        "{regions} material{regions#|s}|none: a polynomial alone}"),
+    REPORT_LINE("mesh", "{has_mesh?{vertices} vertices ({fixed} held), {solids?{solids}|{tets} "
+                        "tetrahedra{ten_nodes? of ten nodes}}, "
+                        "{regions} material{regions#|s}|none: a polynomial alone}"),
     REPORT_LINE("elements", "{elements}"),
     {0}};
 

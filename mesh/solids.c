@@ -71,8 +71,9 @@ thrum_solid_words thrum_solid_count_words(const uint8_t *forms, int64_t count) {
     counts[forms[s]]++;
   for (int form = 0; form < THRUM_FORMS; form++)
     if (counts[form] > 0)
-      length += (size_t)snprintf(words.text + length, sizeof words.text - length, "%s%lld %s",
-                                 length > 0 ? ", " : "", counts[form], thrum_solid_forms[form].name);
+      length +=
+          (size_t)snprintf(words.text + length, sizeof words.text - length, "%s%lld %s",
+                           length > 0 ? ", " : "", counts[form], thrum_solid_forms[form].name);
   return words;
 }
 

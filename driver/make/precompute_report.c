@@ -394,8 +394,9 @@ static cJSON *make_report(const precompute_outcome *outcome) {
 static const report_line lines[] = {
     // the file, the mesh and the body
     REPORT_LINE("model", "{model}"),
-    REPORT_LINE("mesh", "{vertices} vertices ({fixed} held), {solids?{solids}|{tets} tetrahedra{ten_nodes? "
-                        "of ten nodes{order_by=auto?, by --order auto}}}"),
+    REPORT_LINE("mesh",
+                "{vertices} vertices ({fixed} held), {solids?{solids}|{tets} tetrahedra{ten_nodes? "
+                "of ten nodes{order_by=auto?, by --order auto}}}"),
     REPORT_LINE("body", "{mass_kg:.6g} kg, {volume_m3:.6g} m^3, {size_m.0:.4g} x {size_m.1:.4g} x "
                         "{size_m.2:.4g} m"),
     REPORT_LINE("solver",

@@ -24,6 +24,10 @@ static const thrum_stress_points_def every_tet = {NULL, 0};
 static thrum_status open_stress_points(const thrum_model *model, simulate_measures *m,
                                        thrum_error *error) {
   size_t size = 0;
+  if (model->solid_count > 0)
+    return thrum_error_set_field(error, "--stress", THRUM_UNSUPPORTED,
+                                 " is that of tetrahedra, and this model has other elements: make "
+                                 "it with --element tet");
   THRUM_TRY(config_error_of(error, thrum_stress_points_size(model, &every_tet, &size, error),
                             "--stress"));
 

@@ -42,7 +42,7 @@ static const char *static_status(const static_answer *answer) {
 
 thrum_status static_stress_look(const thrum_model *model, const double *u, node_stress *stress,
                                 thrum_error *error) {
-  if (model->tets == NULL || thrum_law_has_yield(model))
+  if (model->tets == NULL || model->solid_count > 0 || thrum_law_has_yield(model))
     return THRUM_OK;
   node_stress_close(stress);
   THRUM_TRY(node_stress_open(model, stress, error));

@@ -136,16 +136,14 @@ typedef enum thrum_training_number {
   X(f8, region_energy, modulus_rows, energy_size, OPTIONAL,                                        \
     "of lambda, then of mu of each region: what 1 Pa adds to U^T K U, c3 and c4")                  \
   X(f8, region_mass, region_count, mass_size, OPTIONAL,                                            \
-    "what 1 kg/m^3 of each region adds to U^T M U, then to axis_mass")
-/* basis_rows is 3 * vertex_count, point_rows 9 * point_count, modulus_rows 2 * region_count */                \
-    "stiffness to the ground along x, y, z, >= 0 [N/m], which omega2 has in it; absent: none") \
+    "what 1 kg/m^3 of each region adds to U^T M U, then to axis_mass")                             \
   X(u1, solid_form, solid_count, 1, OPTIONAL,                                                      \
     "form of each element: 0, 1 tetrahedra of 4, 10 nodes, 2, 3 wedges of 6, 15, 4, 5 hexahedra "  \
     "of 8, 20, 6, 7 solid-shell wedges and hexahedra")                                             \
   X(i4, solid_ends, solid_count, 1, OPTIONAL, "end of each element's run in solid_nodes")          \
   X(i4, solid_nodes, solid_node_count, 1, OPTIONAL, "0-based, in the order of Abaqus and VTK")     \
   X(i4, solid_tet_ends, solid_count, 1, OPTIONAL, "end of each element's run among the tetrahedra")
-/* basis_rows is 3 * vertex_count, point_rows 9 * point_count */
+/* basis_rows is 3 * vertex_count, point_rows 9 * point_count, modulus_rows 2 * region_count */
 
 typedef double thrum_f8;
 typedef int32_t thrum_i4;

@@ -5,10 +5,11 @@
  *   E(q) = 1/2 (G + G^T + G^T G)
  * is a quadratic polynomial of q, evaluated exactly up to rounding: the stresses belong to the same
  * body that the model steps. In a ten-node tetrahedron G depends on the place, and G(q) is that at
- * its centre. The second Piola-Kirchhoff stress is S = lambda tr(E) 1 + 2 mu E, or that of the
- * model's point_law or of the region's, whose quotient by J is not finite where J = 0; with F = 1 +
- * G and J = det F the Cauchy stress, force over deformed area, is sigma = F S F^T / J, from which
- * von Mises' equivalent stress is taken.
+ * its centre. Of a model of solids the tetrahedra are the shape alone: stretches are near, and
+ * stresses of thin elements are not. The second Piola-Kirchhoff stress is S = lambda tr(E) 1 + 2 mu
+ * E, or that of the model's point_law or of the region's, whose quotient by J is not finite where J
+ * = 0; with F = 1 + G and J = det F the Cauchy stress, force over deformed area, is sigma = F S F^T
+ * / J, from which von Mises' equivalent stress is taken.
  *
  * Memory: a set of stress points is planned (thrum_stress_points_size), then laid into the caller's
  * memory (thrum_stress_points_init); afterwards it needs the model no longer. No function here
@@ -97,7 +98,8 @@ THRUM_API thrum_status thrum_stress_points_read(const thrum_stress_points *stres
  * surface. */
 typedef struct thrum_stress_nodes thrum_stress_nodes;
 
-/* Bytes of the nodes of this model, into *size. THRUM_MISSING for a model without a mesh. */
+/* Bytes of the nodes of this model, into *size. THRUM_MISSING for a model without a mesh,
+ * THRUM_UNSUPPORTED for one of solids, whose strains are not those of its tetrahedra. */
 THRUM_API thrum_status thrum_stress_nodes_size(const thrum_model *model, size_t *size,
                                                thrum_error *error);
 

@@ -92,6 +92,10 @@ thrum_status thrum_stress_nodes_size(const thrum_model *model, size_t *size, thr
   if (!model->tets)
     return thrum_error_set(error, THRUM_MISSING,
                            "the model has no mesh, so it has no stress: precompute it from a mesh");
+  if (model->solid_count > 0)
+    return thrum_error_set(
+        error, THRUM_UNSUPPORTED,
+        "stress at nodes is that of tetrahedra, and the model has other elements");
   if (room_of(model) > INT32_MAX)
     return thrum_error_set(error, THRUM_UNSUPPORTED, "the mesh has too many nodes for stresses");
   *size = lay_out(model, room_of(model), node_count_of(model), NULL, &none);

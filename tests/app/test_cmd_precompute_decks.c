@@ -60,7 +60,7 @@ static void a_unit_is_that_of_lengths_and_materials(void **state) {
   assert_true(fabs(unit / si - 1) < 1e-12);
 
   // without the unit a warning says what may be meant; an unknown one is refused
-  program_result run = PRECOMPUTE("--modes", "2");
+  program_result run = PRECOMPUTE("--element", "tet");
   assert_int_equal(run.exit_code, 0);
   assert_non_null(strstr(run.err, "a density is 7.85e-09 kg/m^3"));
   assert_non_null(strstr(run.err, "needs --unit mm-t-s"));
@@ -206,16 +206,16 @@ static double static_peak(program_result run) {
 static void the_full_order_takes_unit_regions_and_order_of_a_mesh_too(void **state) {
   (void)state;
   write_deck(true);
-  const double unit = static_peak(STATIC("--unit", "mm-t-s", "--order", "1"));
+  const double unit = static_peak(STATIC("--unit", "mm-t-s", "--element", "tet", "--order", "1"));
   const double si =
-      static_peak(STATIC("--scale", "0.001", "--order", "1", "--material", "LOWER:2.1e11,0.3,7850",
-                         "--material", "UPPER:2.1e11,0.3,7850"));
+      static_peak(STATIC("--scale", "0.001", "--element", "tet", "--order", "1", "--material",
+                         "LOWER:2.1e11,0.3,7850", "--material", "UPPER:2.1e11,0.3,7850"));
   assert_true(unit > 0 && fabs(unit / si - 1) < 1e-9);
 
   // ten nodes bend more easily, and so does a lower half that is softer
   assert_true(static_peak(STATIC("--unit", "mm-t-s", "--order", "2")) > 1.2 * unit);
-  assert_true(static_peak(STATIC("--unit", "mm-t-s", "--order", "1", "--material",
-                                 "LOWER:1e11,0.3,7850")) > 1.2 * unit);
+  assert_true(static_peak(STATIC("--unit", "mm-t-s", "--element", "tet", "--order", "1",
+                                 "--material", "LOWER:1e11,0.3,7850")) > 1.2 * unit);
 
   // simulate steps it, and neither takes them where a model has its own
   program_result run =
@@ -236,7 +236,8 @@ static void check_names_regions_and_what_was_read(void **state) {
   write_deck(true);
 
   // programs get names and notes as JSON
-  program_result run = thrum_run(folder, "check", "deck.inp", "--unit", "mm-t-s", "--json", NULL);
+  program_result run = thrum_run(folder, "check", "deck.inp", "--unit", "mm-t-s", "--element",
+                                 "tet", "--json", NULL);
   cJSON *object = json_line(run.out);
   assert_non_null(object);
   const cJSON *names = cJSON_GetObjectItemCaseSensitive(object, "region_names");

@@ -294,11 +294,11 @@ static void another_version_of_the_format_speaks_first(void **state) {
 
   // a file of another major version is refused for that, whatever else it lacks
   archive a = archive_sample();
-  archive_set_i4(&a, "format", 0, 5);
+  archive_set_i4(&a, "format", 0, 6);
   archive_remove(&a, "c4");
   archive_find(&a, "omega2")->type = "<f4";
   refused(&a, THRUM_UNSUPPORTED,
-          "array 'format' says version 5.0, this program reads versions 1 to 4");
+          "array 'format' says version 6.0, this program reads versions 1 to 5");
 
   // a negative minor version is not one of this format
   a = archive_sample();
@@ -337,6 +337,51 @@ static void middle_nodes_need_the_version_that_older_readers_refuse(void **state
   archive_set_i4(&a, "format", 0, 2);
   archive_add(&a, "midsides.npy", "<i4", "(3, 4)", midsides, sizeof midsides);
   refused(&a, THRUM_BAD_SHAPE, "array 'midsides' has shape (3, 4)");
+}
+
+/* A sample of two tetrahedra that are solids. */
+static archive solid_sample(const uint8_t form[2], const int32_t ends[2],
+                            const int32_t tet_ends[2]) {
+  static const int32_t nodes[8] = {0, 1, 2, 3, 1, 2, 3, 4};
+  archive a = archive_sample();
+  archive_set_i4(&a, "format", 0, THRUM_MODEL_FORMAT_MAJOR_SOLIDS);
+  archive_add(&a, "solid_form.npy", "|u1", "(2,)", form, 2);
+  archive_add(&a, "solid_ends.npy", "<i4", "(2,)", ends, 2 * sizeof *ends);
+  archive_add(&a, "solid_nodes.npy", "<i4", "(8,)", nodes, sizeof nodes);
+  archive_add(&a, "solid_tet_ends.npy", "<i4", "(2,)", tet_ends, 2 * sizeof *tet_ends);
+  return a;
+}
+
+static void solids_have_the_nodes_of_their_form_and_tetrahedra_of_their_own(void **state) {
+  (void)state;
+  static const uint8_t form[2] = {0, 0}, wedge[2] = {0, 2}, unknown[2] = {0, 8};
+  static const int32_t ends[2] = {4, 8}, tets[2] = {1, 2}, none[2] = {0, 2}, few[2] = {1, 1};
+  static const int32_t midsides[12] = {0, 1, 2, 3, 4, 0, 1, 2, 3, 4, 0, 1};
+  thrum_model view;
+  archive a = solid_sample(form, ends, tets);
+  assert_int_equal(thrum_model_view(file_bytes, archive_build(&a, file_bytes), &view, NULL),
+                   THRUM_OK);
+  assert_int_equal(view.solid_count, 2);
+
+  // older readers must refuse them, and they are whole or not there
+  archive_set_i4(&a, "format", 0, 4);
+  refused(&a, THRUM_BAD_VALUE, "a model with 'solid_form' has version 5");
+  a = solid_sample(form, ends, tets);
+  archive_remove(&a, "solid_ends");
+  refused(&a, THRUM_MISSING, "array 'solid_ends' is missing");
+  a = solid_sample(form, ends, tets);
+  archive_add(&a, "midsides.npy", "<i4", "(2, 6)", midsides, sizeof midsides);
+  refused(&a, THRUM_BAD_SHAPE, "array 'midsides' does not go with solid_form");
+
+  // forms, runs of nodes and runs of tetrahedra
+  a = solid_sample(unknown, ends, tets);
+  refused(&a, THRUM_BAD_VALUE, "array 'solid_form' holds 8 (entry 1)");
+  a = solid_sample(wedge, ends, tets);
+  refused(&a, THRUM_BAD_VALUE, "array 'solid_ends' holds 8 (entry 1); 10 is needed");
+  a = solid_sample(form, ends, none);
+  refused(&a, THRUM_BAD_VALUE, "array 'solid_tet_ends' holds 0 (entry 0)");
+  a = solid_sample(form, ends, few);
+  refused(&a, THRUM_BAD_VALUE, "array 'solid_tet_ends' holds 1 (entry 1)");
 }
 
 static void types_and_orders_are_those_of_the_list(void **state) {
@@ -662,6 +707,7 @@ int main(void) {
       cmocka_unit_test(required_arrays_and_their_companions_must_be_there),
       cmocka_unit_test(another_version_of_the_format_speaks_first),
       cmocka_unit_test(middle_nodes_need_the_version_that_older_readers_refuse),
+      cmocka_unit_test(solids_have_the_nodes_of_their_form_and_tetrahedra_of_their_own),
       cmocka_unit_test(types_and_orders_are_those_of_the_list),
       cmocka_unit_test(shapes_are_those_of_the_list),
       cmocka_unit_test(the_rank_is_1_to_512),
