@@ -614,10 +614,12 @@ thrum_status thrum_precompute(const thrum_mesh *mesh, const uint8_t *fixed,
     return thrum_error_set(error, THRUM_MISSING,
                            "the mesh says no material: give --young, --poisson and --density");
 
-  if (mesh->solid_count > 0 && (p.options.cubature || p.options.law != THRUM_LAW_STVK))
-    return thrum_error_set(error, THRUM_UNSUPPORTED,
-                           "cubature points and laws other than Saint Venant-Kirchhoff's are those "
-                           "of tetrahedra: give --element tet, which cuts the elements");
+  if (mesh->solid_count > 0 &&
+      (p.options.cubature || p.options.parameters || p.options.law != THRUM_LAW_STVK))
+    return thrum_error_set(
+        error, THRUM_UNSUPPORTED,
+        "cubature points, parameters and laws other than Saint "
+        "Venant-Kirchhoff's are those of tetrahedra: give --element tet, which cuts the elements");
   if (p.options.law == THRUM_LAW_BY_REGION && !mesh->laws)
     return thrum_error_set(error, THRUM_MISSING, "the regions of the mesh have no laws");
 
