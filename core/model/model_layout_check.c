@@ -205,8 +205,9 @@ thrum_status thrum_layout_check_presence(const thrum_layout *layout, thrum_error
                            "shape of other elements");
 
   // arrays whose rows are vertices
-  static const int on_mesh[] = {THRUM_ARRAY_basis, THRUM_ARRAY_group_ends, THRUM_ARRAY_rigid,
-                                THRUM_ARRAY_midsides, THRUM_ARRAY_springs, THRUM_ARRAY_solid_form};
+  static const int on_mesh[] = {THRUM_ARRAY_basis,   THRUM_ARRAY_group_ends,
+                                THRUM_ARRAY_rigid,   THRUM_ARRAY_midsides,
+                                THRUM_ARRAY_springs, THRUM_ARRAY_solid_form};
   for (int i = 0; i < 6; i++)
     if (layout->data[on_mesh[i]] != NULL && !HAS(layout, vertices))
       return thrum_error_set(error, THRUM_MISSING, "array 'vertices' is missing: '%s' needs a mesh",
