@@ -46,7 +46,7 @@ static int teardown(void **context) {
 static thrum_scene *scene_of(const fixture *f, int count, double young, double speed) {
   thrum_scene *scene = NULL;
   const double none[3] = {0};
-  MUST(thrum_scene_make(1e-3, &scene, &failure));
+  MUST(thrum_scene_create(1e-3, &scene, &failure));
   MUST(thrum_scene_set_gravity(scene, none, &failure));
   thrum_contact_pairs_def pairs = thrum_default_contact_pairs_def();
   pairs.friction = 0;
@@ -138,7 +138,7 @@ static void elastic_collisions_keep_the_energy(void **context) {
     assert_true(collisions >= LENGTH_OF_RUN(cases[n].collisions, 100));
     assert_true(fabs(account.total / began - 1) <= 1e-9);
     assert_true(fabs(account.contact) <= 0.5 * began);
-    thrum_scene_free(scene);
+    thrum_scene_destroy(scene);
   }
 }
 
@@ -169,7 +169,7 @@ static void momenta_stay_while_what_collides_gives_back(void **context) {
     assert_true(off <= 1e-9 * size);
     assert_true(turned <= 1e-9 * size * SIDE);
     assert_true(fabs(account.total / began.total - 1) <= 1e-9);
-    thrum_scene_free(scene);
+    thrum_scene_destroy(scene);
   }
 }
 
