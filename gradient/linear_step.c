@@ -17,7 +17,8 @@
  *   d kappa/ds = (kappa - kappa^2 - z)/2,   d nu^2/ds = 2 kappa d kappa/ds + z,
  *
  * which are 0 where kappa = nu = 1. Newmark has the unknown a' and J = 1 + beta h^2 T' + gamma h D;
- * verlet is explicit.
+ * verlet is explicit, and asks T once at each place,
+ * where two half kicks meet.
  * Cost: T and R at one end (the other is that of the step before; the average vector field takes
  * another pair), 2/3 rank^3 for J, and a few products with matrices.
  *
@@ -488,10 +489,12 @@ static void pull_verlet(const thrum_linear_step *step, const thrum_made_step *ma
   const double h = step->equation.dt;
   double *q = change->q, *p = change->p, *last = step->w, *kicked = step->x, *product = step->y;
 
-  // the half kick at the end
-  for (int64_t i = 0; i < n; i++)
+  // the half kick at the end, and that of the step after, at the same place
+  for (int64_t i = 0; i < n; i++) {
     last[i] = p[i] / (1.0 + 0.5 * h * step->damping[i]);
-  thrum_tangent_product(step->model, made->q_next, last, product, step->work);
+    kicked[i] = last[i] + step->kept[i];
+  }
+  thrum_tangent_product(step->model, made->q_next, kicked, product, step->work);
 
   // the drift, and the half kick at the start
   for (int64_t i = 0; i < n; i++) {
@@ -507,22 +510,34 @@ static void pull_verlet(const thrum_linear_step *step, const thrum_made_step *ma
         0.5 * h * (last[i] * step->end.force[i] + kicked[i] * step->start.force[i]);
     p[i] = (1.0 - more) * kicked[i];
   }
-  thrum_tangent_product(step->model, made->q, kicked, product, step->work);
-  for (int64_t i = 0; i < n; i++)
-    q[i] -= 0.5 * h * product[i];
+  memcpy(step->kept, kicked, (size_t)n * sizeof *kicked);
   for (int64_t g = 0; g < change->part_count; g++) {
     put_part_ends(step, made, change->parts + g);
     change->part[g] -= 0.5 * h * (dot(last, step->part_end, n) + dot(kicked, step->part_start, n));
   }
 }
 
+void thrum_linear_step_end_pull(const thrum_linear_step *step, const double *q,
+                                thrum_step_change *change) {
+  if (step->equation.form != THRUM_STEP_VERLET)
+    return;
+  thrum_tangent_product(step->model, q, step->kept, step->y, step->work);
+  for (int64_t i = 0; i < step->rank; i++)
+    change->q[i] -= 0.5 * step->equation.dt * step->y[i];
+}
+
+void thrum_linear_step_begin_push(const thrum_linear_step *step, const double *q,
+                                  const thrum_step_change *change) {
+  if (step->equation.form == THRUM_STEP_VERLET)
+    thrum_tangent_product(step->model, q, change->q, step->kept, step->work);
+}
+
 static void push_verlet(const thrum_linear_step *step, const thrum_made_step *made,
                         thrum_step_change *change) {
   const int64_t n = step->rank;
   const double h = step->equation.dt, s = change->stiffness;
-  double *q = change->q, *p = change->p, *kicked = step->x, *product = step->w;
+  double *q = change->q, *p = change->p, *kicked = step->x, *product = step->kept;
   put_part_sum(step, made, change, false);
-  thrum_tangent_product(step->model, made->q, q, product, step->work);
   for (int64_t i = 0; i < n; i++) {
     const double more = 0.5 * h * step->damping[i], c = 1.0 + more;
     const double jump = made->force[i] - made->force_before[i];

@@ -32,6 +32,10 @@ typedef struct thrum_linear_step {
 
   bool has_sigma; /* trapezoid: sigma is no rounding */
 
+  /* Of verlet, rank: backward the half kick at the start of the step after, to which T at the place
+   * between them is still to be applied; forward T at the start times the change there. */
+  double *kept;
+
   /* Scratch, rank each. */
   double *d, *mean, *sigma_d, *sigma_q, *w, *x, *y;
 
@@ -64,6 +68,13 @@ void thrum_linear_step_turn(thrum_linear_step *step);
 
 /* Factors the Jacobian of a step, with both of its ends evaluated. False where it is singular. */
 bool thrum_linear_step_factor(thrum_linear_step *step, const thrum_made_step *made);
+
+/* Before the first step that is pushed, and after the last that is pulled, with the start of the
+ * run: what steps of verlet share at it. */
+void thrum_linear_step_begin_push(const thrum_linear_step *step, const double *q,
+                                  const thrum_step_change *change);
+void thrum_linear_step_end_pull(const thrum_linear_step *step, const double *q,
+                                thrum_step_change *change);
 
 /* The transpose of the step: from derivatives by its end to those by its start, and by all else. */
 void thrum_linear_step_pull(const thrum_linear_step *step, const thrum_made_step *made,

@@ -80,6 +80,7 @@ static void begin(const thrum_model *model, thrum_tape *tape, int64_t k, int64_t
   step->damping = tape->damping;
   if (tape->count > 0)
     step->equation.form = (thrum_step_form)tape->form[0];
+  memset(step->kept, 0, (size_t)step->rank * sizeof *step->kept);
   if (part_count > 0)
     thrum_linear_step_prepare_parts(step);
   thrum_linear_step_evaluate(step, tape->q + k * tape->rank, &step->start);
@@ -175,6 +176,7 @@ thrum_status thrum_tape_pull_back(const thrum_model *model, thrum_tape *tape, co
     if (gradient->force)
       memcpy(gradient->force + k * r, change.force, vector);
   }
+  thrum_linear_step_end_pull(&tape->step, tape->q, &change);
   add_moved(&change, 0.5, change.q, tape->q, r);
   add_moved(&change, 0.5, change.p, tape->p, r);
   add(change.q, q_bar, r);
@@ -245,6 +247,7 @@ thrum_status thrum_tape_push_forward(const thrum_model *model, thrum_tape *tape,
   add_shares(&change, 0.5, tape->q, r, change.q);
   add_shares(&change, 0.5, tape->p, r, change.p);
   begin(model, tape, 0, change.part_count);
+  thrum_linear_step_begin_push(&tape->step, tape->q, &change);
   for (int64_t k = 0; k < tape->count; k++) {
     const thrum_made_step made = made_step(tape, k);
     put_force(tape, k, direction, &change, change.force);
