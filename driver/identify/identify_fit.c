@@ -63,19 +63,11 @@ static void add_young(identify_fit *f) {
   cJSON_Delete(meta);
 }
 
-/* The damping ratio of a mode as the command line has it. */
-static double given_ratio(const damping_spec *damping, int64_t mode) {
-  if (damping->ratio_count == 0)
-    return 0;
-  const int64_t last = damping->ratio_count - 1;
-  return damping->ratios[mode < last ? mode : last];
-}
-
 static void add_damping(identify_fit *f) {
   const identify_request *request = f->request;
   const double omega = sqrt(f->model->omega2[0]);
   for (int64_t n = 0; n < request->ratio_count && request->ratio; n++) {
-    const double given = given_ratio(&request->damping, n);
+    const double given = damping_spec_ratio(&request->damping, n);
     identify_parameter *p = add(f, IDENTIFY_RATIO, n, "", given > 0 ? given : RATIO_FIRST);
     if (request->ratio_count == 1)
       snprintf(p->name, sizeof p->name, "damping ratio");
@@ -179,6 +171,7 @@ thrum_status identify_fit_open(const identify_request *request, const thrum_mode
   THRUM_TRY(region_energy_open(model, &fit->energy, error));
 
   // what is seen, and the start
+  fit->modes = model_meta_modes(model);
   const int64_t r = model->rank;
   THRUM_TRY(thrum_reserve(&fit->seen, fit->recording.column_count * r, sizeof *fit->seen,
                           "the targets", error));
@@ -220,6 +213,7 @@ typedef struct trial {
   double factors[THRUM_RANK_MAX]; /* of the regions */
   double ratios[THRUM_RANK_MAX];  /* of the modes */
   double damping[THRUM_RANK_MAX];
+  int64_t damped_as[THRUM_RANK_MAX];           /* the mode whose rate each coordinate has */
   double q[THRUM_RANK_MAX], p[THRUM_RANK_MAX]; /* the start, in the coordinates of the model */
   double alpha, beta;
   double *seen; /* columns x rank, in the coordinates of the body */
@@ -247,7 +241,7 @@ static void read_parameters(const identify_fit *f, const double *x, trial *t) {
   for (int64_t g = 0; g < f->energy.count; g++)
     t->factors[g] = 1;
   for (int64_t i = 0; i < r; i++) {
-    t->ratios[i] = given_ratio(damping, i);
+    t->ratios[i] = damping_spec_ratio(damping, i);
     t->q[i] = f->q[i];
     t->p[i] = f->p[i];
   }
@@ -291,8 +285,14 @@ static thrum_status trial_make(const identify_fit *f, const double *x, trial *t,
   THRUM_TRY(thrum_reserve(&t->seen, columns * r, sizeof *t->seen, "a run", error));
   for (int64_t c = 0; c < columns; c++)
     into_body(&t->body, f->seen + c * r, t->seen + c * r);
-  for (int64_t i = 0; i < r; i++)
-    t->damping[i] = 2 * t->ratios[i] * sqrt(t->body.model.omega2[i]);
+
+  // what is no mode has the least rate of the modes
+  const double *omega2 = t->body.model.omega2;
+  const int64_t least = damping_spec_least(t->ratios, omega2, f->modes);
+  for (int64_t i = 0; i < r; i++) {
+    t->damped_as[i] = i < f->modes ? i : least;
+    t->damping[i] = 2 * t->ratios[t->damped_as[i]] * sqrt(omega2[t->damped_as[i]]);
+  }
   t->body.model.damping = t->damping;
   return THRUM_OK;
 }
@@ -377,9 +377,10 @@ static void put_direction(const identify_fit *f, const trial *t, const double *x
     memcpy(d->q, t->body.turn + p->index * r, (size_t)r * sizeof *d->q);
   else if (p->kind == IDENTIFY_START_P)
     memcpy(d->p, t->body.turn + p->index * r, (size_t)r * sizeof *d->p);
-  for (int64_t i = p->index; i < r && p->kind == IDENTIFY_RATIO; i++) {
-    const bool own = i == p->index || p->index + 1 == f->request->ratio_count;
-    d->damping[i] = own ? 2 * value * sqrt(omega2[i]) : 0;
+  for (int64_t i = 0; i < r && p->kind == IDENTIFY_RATIO; i++) {
+    const int64_t mode = t->damped_as[i];
+    const bool beyond = mode > p->index && p->index + 1 == f->request->ratio_count;
+    d->damping[i] = mode == p->index || beyond ? 2 * value * sqrt(omega2[mode]) : 0;
   }
 
   // a ratio goes with the frequency
@@ -389,8 +390,10 @@ static void put_direction(const identify_fit *f, const trial *t, const double *x
   d->parts = t->body.parts + p->index;
   d->part_count = 1;
   *d->part = factor;
-  for (int64_t i = 0; i < r; i++)
-    d->damping[i] = t->ratios[i] * factor * linear[i * r + i] / sqrt(omega2[i]);
+  for (int64_t i = 0; i < r; i++) {
+    const int64_t mode = t->damped_as[i];
+    d->damping[i] = t->ratios[mode] * factor * linear[mode * r + mode] / sqrt(omega2[mode]);
+  }
 }
 
 static thrum_status put_jacobian(identify_fit *f, const trial *t, const double *x, int64_t rows,

@@ -30,6 +30,7 @@ typedef struct identify_fit {
   const thrum_model *model;
   recording recording;
   region_energy energy;
+  int64_t modes;  /* coordinates that are linear modes */
   double *seen;   /* columns x rank: displacement by coordinate of the model */
   double *q, *p;  /* the start that was given, rank each */
   double dt;      /* [s] */

@@ -25,6 +25,13 @@ const cJSON *model_meta_find(const cJSON *meta, const char *object, const char *
   return cJSON_GetObjectItemCaseSensitive(holder, key);
 }
 
+int64_t model_meta_modes(const thrum_model *model) {
+  cJSON *meta = model_meta_parse(model);
+  const int64_t count = cJSON_GetArraySize(model_meta_find(meta, NULL, "frequencies_hz"));
+  cJSON_Delete(meta);
+  return count > 0 && count < model->rank ? count : model->rank;
+}
+
 const char *model_meta_region(const cJSON *meta, int64_t region) {
   const cJSON *materials = model_meta_find(meta, NULL, "materials");
   const char *name = json_text_of(cJSON_GetArrayItem(materials, (int)region), "region");

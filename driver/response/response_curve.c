@@ -173,7 +173,8 @@ thrum_status response_curve_open(const response_request *request, const thrum_mo
   THRUM_TRY(make_loads(curve, error));
   THRUM_TRY(
       thrum_reserve(&curve->rates, curve->shape->rank, sizeof *curve->rates, "the damping", error));
-  damping_spec_rates(&request->damping, curve->shape->omega2, curve->shape->rank, curve->rates);
+  damping_spec_rates(&request->damping, curve->shape->omega2, curve->shape->rank,
+                     model_meta_modes(curve->shape), curve->rates);
 
   // the range, by the mode where it is not given
   const int64_t mode = request->mode > 0 ? request->mode - 1 : 0;

@@ -6,6 +6,7 @@
 
 #include "config/message.h"
 #include "core/base/pi.h"
+#include "driver/model/model_meta.h"
 #include "driver/run/coarse_step.h"
 #include "driver/run/condensed_check.h"
 #include "driver/run/stepper.h"
@@ -232,12 +233,14 @@ static const driver_stepper_kind reduced = {
     .close = close_reduced,
 };
 
-/* Steps a copy of the model in which each mode has its damping ratio. */
+/* Steps a copy of the model in which each linear mode has its damping ratio. */
 static thrum_status damp_modes(reduced_stepper *self, thrum_error *error) {
   const thrum_model *model = self->model;
   THRUM_TRY(
       thrum_reserve(&self->rates, model->rank, sizeof *self->rates, "a run of this model", error));
-  damping_spec_rates(&self->request->modal, model->omega2, model->rank, self->rates);
+  const int64_t modes = model_meta_modes(thrum_condensed_shape_model(model));
+  damping_spec_rates(&self->request->modal, model->omega2, model->rank,
+                     modes < model->rank ? modes : model->rank, self->rates);
   self->damped = *model;
   self->damped.damping = self->rates;
   self->model = &self->damped;

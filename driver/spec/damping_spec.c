@@ -3,6 +3,8 @@
 
 #include <math.h>
 
+#include "thrum/model.h"
+
 thrum_status damping_spec_take_rayleigh(const config_given *given, damping_spec *damping) {
   double pair[2] = {0, 0};
   THRUM_TRY(config_given_numbers(given, 1, 2, pair, NULL));
@@ -42,11 +44,27 @@ bool damping_spec_given(const damping_spec *damping) {
   return given;
 }
 
-void damping_spec_rates(const damping_spec *damping, const double *omega2, int64_t rank,
-                        double *rates) {
+double damping_spec_ratio(const damping_spec *damping, int64_t mode) {
   const int64_t last = damping->ratio_count - 1;
+  return last < 0 ? 0 : damping->ratios[mode < last ? mode : last];
+}
+
+int64_t damping_spec_least(const double *ratios, const double *omega2, int64_t modes) {
+  int64_t least = 0;
+  for (int64_t i = 1; i < modes; i++)
+    if (ratios[i] * sqrt(omega2[i]) < ratios[least] * sqrt(omega2[least]))
+      least = i;
+  return least;
+}
+
+void damping_spec_rates(const damping_spec *damping, const double *omega2, int64_t rank,
+                        int64_t modes, double *rates) {
+  double ratios[THRUM_RANK_MAX];
+  for (int64_t i = 0; i < modes; i++)
+    ratios[i] = damping_spec_ratio(damping, i);
+  const int64_t least = damping_spec_least(ratios, omega2, modes);
   for (int64_t i = 0; i < rank; i++) {
-    const double ratio = last < 0 ? 0 : damping->ratios[i < last ? i : last];
-    rates[i] = damping->alpha + damping->beta * omega2[i] + 2 * ratio * sqrt(omega2[i]);
+    const int64_t as = i < modes ? i : least;
+    rates[i] = damping->alpha + damping->beta * omega2[i] + 2 * ratios[as] * sqrt(omega2[as]);
   }
 }

@@ -128,8 +128,8 @@ THRUM_API int64_t thrum_parameter_parts_count(const thrum_parameter_parts *parts
 typedef struct thrum_tape_gradient {
   double *q, *p;    /* by the start (rank each) */
   double *force;    /* by the force of each step (steps x rank) */
-  double *damping;  /* by D of each mode (rank) [1/s], apart from alpha and beta: of a ratio zeta it
-                       is 2 omega times that */
+  double *damping;  /* by D of each mode (rank) [1/s], apart from alpha and beta: of a ratio zeta
+                       of a linear mode it is 2 omega times that */
   double alpha;     /* by damping_alpha [1/s] */
   double beta;      /* by damping_beta [s] */
   double stiffness; /* by a factor of Young's modulus of the whole body, at 1, with beta held */

@@ -181,7 +181,9 @@ typedef struct thrum_model {
    * a locked, scaled or condensed model has none. */
   const double *inertia;
   /* Damping that each coordinate has beside that of a state's def, D = alpha + beta omega^2 + this
-   * (rank) [1/s], finite and >= 0: 2 zeta omega for a damping ratio zeta. The caller's; NULL: none.
+   * (rank) [1/s], finite and >= 0: 2 zeta omega for a damping ratio zeta of a linear mode. The
+   * others follow modes at their frequency: the rate of a mode is right for them, a ratio is many
+   * times too much. The caller's; NULL: none.
    * Files hold none, and a locked, scaled or condensed model has none: set it of a copy of the
    * struct, and step with that. What follows in a condensed model is not damped by it. */
   const double *damping;

@@ -79,8 +79,9 @@ typedef struct thrum_response_def {
    * as in steps of it. Default 1. A softening that comes of how they follow is wrong without it. */
   int32_t inertia;
 
-  /* D, of each coordinate [1/s] (rank), none negative: 2 zeta omega for a ratio zeta. NULL, the
-   * default: none. A backbone uses none. */
+  /* D, of each coordinate [1/s] (rank), none negative: 2 zeta omega for a ratio zeta of a linear
+   * mode; others follow modes at their frequency, and have the rate of one. NULL, the default:
+   * none. A backbone uses none. */
   const double *damping;
 
   /* The same of each slave [1/s] (rank of the shape model less rank). NULL, the default: none. */

@@ -31,7 +31,7 @@ class Gradient:
     q: Array  # by the start, r
     p: Array  # r
     force: Array  # by the force of each step, steps x r
-    damping: Array  # by the damping of each mode [1/s], r: 2 omega times that is the one by a damping ratio
+    damping: Array  # by the damping of each coordinate [1/s], r: 2 omega times that is the one by the ratio of a linear mode
     alpha: float  # by damping_alpha
     beta: float  # by damping_beta
     stiffness: float  # by a factor of Young's modulus
