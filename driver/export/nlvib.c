@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "driver/export/body_header.h"
+#include "driver/model/model_meta.h"
 #include "io/file.h"
 #include "platform/allocate.h"
 #include "precompute/polynomial/polynomial_reduce.h"
@@ -140,7 +141,7 @@ thrum_status nlvib_write(const char *path, const thrum_model *model, const dampi
   output out = {.error = error};
   THRUM_TRY(check(model, error));
   THRUM_TRY(thrum_reserve(&rates, rank, sizeof *rates, "the damping", error));
-  damping_spec_rates(damping, model->omega2, rank, rates);
+  damping_spec_rates(damping, model->omega2, rank, model_meta_modes(model), rates);
   out.status = thrum_file_writer_open(path, &out.writer, error);
   if (out.status < 0) {
     free(rates);
