@@ -21,10 +21,10 @@
 #include <math.h>
 #include <string.h>
 
-#include "core/base/matrix_product.h"
 #include "core/base/pi.h"
 #include "response/eigenvalues.h"
 #include "response/square_system.h"
+#include "response/wide.h"
 #include "thrum/polynomial.h"
 
 #define OUTSIDE                                                                                    \
@@ -153,8 +153,8 @@ static void fill_rates(thrum_floquet *f, double omega, double h, int stage) {
   for (int64_t e = 0; e < r * count; e++)
     f->product[e] = -(y[e] + ahead * speed[e]);
   for (int64_t row = 0; row < r; row++)
-    thrum_matrix_product_transposed(r, count, f->product, f->tangents + (stage * r + row) * r,
-                                    rates + row * count);
+    thrum_wide_product(r, count, f->product, f->tangents + (stage * r + row) * r,
+                       rates + row * count);
 
   // what the velocity does through the slaves
   if (b->slaves.count == 0)
@@ -162,8 +162,7 @@ static void fill_rates(thrum_floquet *f, double omega, double h, int stage) {
   for (int64_t e = 0; e < r * count; e++)
     f->product[e] = -speed[e];
   for (int64_t row = 0; row < r; row++)
-    thrum_matrix_product_transposed(r, count, f->product, f->drag + (stage * r + row) * r,
-                                    rates + row * count);
+    thrum_wide_product(r, count, f->product, f->drag + (stage * r + row) * r, rates + row * count);
 }
 
 static bool step(thrum_floquet *f, const thrum_place *of, int64_t index) {

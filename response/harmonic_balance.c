@@ -16,8 +16,8 @@
 #include <math.h>
 #include <string.h>
 
-#include "core/base/matrix_product.h"
 #include "core/base/pi.h"
+#include "response/wide.h"
 #include "thrum/polynomial.h"
 
 void thrum_balance_lay(thrum_balance *b, bool pulls, thrum_room *room) {
@@ -112,7 +112,7 @@ static void project(const thrum_balance *b, const double *numbers, double *out) 
   memset(out, 0, (size_t)b->unknowns * sizeof *out);
   for (int64_t block = 0; block < b->blocks; block++) {
     double *own = out + block * b->rank;
-    thrum_matrix_product_transposed(b->samples, b->rank, numbers, function_of(b, block), own);
+    thrum_wide_product(b->samples, b->rank, numbers, function_of(b, block), own);
     for (int64_t i = 0; i < b->rank; i++)
       own[i] *= block > 0 ? 2 * share : share;
   }
@@ -172,11 +172,9 @@ static void transform(const thrum_balance *b, const thrum_spectrum *of, bool odd
   memset(of->even, 0, (size_t)(count * square) * sizeof *of->even);
   memset(of->odd, 0, (size_t)(count * square) * sizeof *of->odd);
   for (int64_t m = 0; m < count; m++) {
-    thrum_matrix_product_transposed(n, square, of->samples, b->cosines + m * n,
-                                    of->even + m * square);
+    thrum_wide_product(n, square, of->samples, b->cosines + m * n, of->even + m * square);
     if (odd)
-      thrum_matrix_product_transposed(n, square, of->samples, b->sines + m * n,
-                                      of->odd + m * square);
+      thrum_wide_product(n, square, of->samples, b->sines + m * n, of->odd + m * square);
   }
 }
 

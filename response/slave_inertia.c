@@ -14,11 +14,14 @@
 
 #include <string.h>
 
-#include "core/base/matrix_product.h"
+#include "response/wide.h"
 
 void thrum_slave_inertia_lay(thrum_slave_inertia *s, thrum_room *room) {
   s->second = thrum_room_take(room, s->count * s->rank * s->rank);
+  s->by_master = thrum_room_take(room, s->count * s->rank * s->rank);
   s->first = thrum_room_take(room, s->count * s->rank);
+  s->turn = thrum_room_take(room, s->count * s->rank);
+  s->bend = thrum_room_take(room, s->count * s->rank);
   s->rows = thrum_room_take(room, 3 * s->count * s->rank);
   s->columns = thrum_room_take(room, s->rank * s->count);
   s->products = thrum_room_take(room, 3 * s->rank);
@@ -36,48 +39,46 @@ void thrum_slave_inertia_fill(thrum_slave_inertia *s, const thrum_model *stepped
         const double value = stepped->follow_scale * *follow;
         second[i * r + j] = second[j * r + i] = i == j ? 2 * value : value;
       }
+    for (int64_t j = 0; j < r; j++)
+      memcpy(s->by_master + (j * s->count + h) * r, second + j * r, (size_t)r * sizeof *second);
   }
 }
 
-/* first and turn (rank each) = the symmetric `second` (rank x rank) times x and v. */
-static void multiply(int64_t r, const double *restrict second, const double *x, const double *v,
-                     double *restrict first, double *restrict turn) {
-  for (int64_t i = 0; i < r; i++)
-    first[i] = turn[i] = 0;
-  for (int64_t j = 0; j < r; j++) {
-    const double *restrict row = second + j * r;
-    const double xj = x[j], vj = v[j];
+/* Fills what the derivatives are made of: rows of d2y/dx2 a + d y', of 2 y' by v and d dy/dx, and
+ * of dy/dx. */
+static void prepare(thrum_slave_inertia *s, const double *a) {
+  const int64_t r = s->rank;
+  for (int64_t h = 0; h < s->count; h++)
+    for (int64_t i = 0; i < r; i++)
+      s->bend[h * r + i] = s->damping != NULL ? s->damping[h] * s->turn[h * r + i] : 0;
+  thrum_wide_product(r, s->count * r, s->by_master, a, s->bend);
+  for (int64_t h = 0; h < s->count; h++) {
+    const double *first = s->first + h * r, *turn = s->turn + h * r, *bend = s->bend + h * r;
+    const double damping = s->damping != NULL ? s->damping[h] : 0;
+    double *row = s->rows + 3 * h * r;
     for (int64_t i = 0; i < r; i++) {
-      first[i] += row[i] * xj;
-      turn[i] += row[i] * vj;
+      row[i] = bend[i];
+      row[r + i] = 2 * turn[i] + damping * first[i];
+      row[2 * r + i] = first[i];
     }
-  }
-}
-
-/* Makes bend, turn and first (rank each, one after the other) to what the derivatives are made of.
- */
-static void prepare(int64_t r, const double *second, const double *a, double damping,
-                    const double *first, double *bend) {
-  double *restrict turn = bend + r;
-  for (int64_t i = 0; i < r; i++)
-    bend[i] = damping * turn[i];
-  thrum_matrix_product_transposed(r, r, second, a, bend);
-  for (int64_t i = 0; i < r; i++) {
-    turn[i] = 2 * turn[i] + damping * first[i];
-    turn[r + i] = first[i];
   }
 }
 
 double thrum_slave_inertia_force(thrum_slave_inertia *s, const double *x, const double *v,
                                  const double *a, bool derivatives, double *force, double *loss) {
-  const int64_t r = s->rank;
+  const int64_t r = s->rank, all = s->count * r;
   double kinetic = 0, taken = 0;
+
+  // dy/dx, and what the velocity makes of it, of all slaves in one pass
+  memset(s->first, 0, (size_t)all * sizeof *s->first);
+  memset(s->turn, 0, (size_t)all * sizeof *s->turn);
+  thrum_wide_product(r, all, s->by_master, x, s->first);
+  thrum_wide_product(r, all, s->by_master, v, s->turn);
+
   for (int64_t h = 0; h < s->count; h++) {
-    double *first = s->first + h * r, *bend = s->rows + 3 * h * r, *turn = bend + r;
-    const double *second = s->second + h * r * r;
+    const double *first = s->first + h * r, *turn = s->turn + h * r;
     const double damping = s->damping != NULL ? s->damping[h] : 0;
     double rate = 0, pull = 0;
-    multiply(r, second, x, v, first, turn);
     for (int64_t i = 0; i < r; i++) {
       rate += first[i] * v[i];
       pull += first[i] * a[i] + turn[i] * v[i];
@@ -86,22 +87,22 @@ double thrum_slave_inertia_force(thrum_slave_inertia *s, const double *x, const 
     taken += damping * rate * rate;
     s->pull[h] = pull + damping * rate;
     s->twice[h] = 2 * pull + damping * rate;
-    if (derivatives)
-      prepare(r, second, a, damping, first, bend);
   }
-  thrum_matrix_product_transposed(s->count, r, s->first, s->pull, force);
+  if (derivatives)
+    prepare(s, a);
+  thrum_wide_product(s->count, r, s->first, s->pull, force);
   *loss = taken;
   return kinetic;
 }
 
 void thrum_slave_inertia_turn(const thrum_slave_inertia *s, double *turn) {
-  thrum_matrix_product_transposed(s->count, s->rank, s->first, s->twice, turn);
+  thrum_wide_product(s->count, s->rank, s->first, s->twice, turn);
 }
 
 void thrum_slave_inertia_matrices(const thrum_slave_inertia *s, double *by_x, double *by_v,
                                   double *by_a) {
   const int64_t r = s->rank;
-  thrum_matrix_product_transposed(s->count, r * r, s->second, s->pull, by_x);
+  thrum_wide_product(s->count, r * r, s->second, s->pull, by_x);
   for (int64_t h = 0; h < s->count; h++)
     for (int64_t i = 0; i < r; i++)
       s->columns[i * s->count + h] = s->first[h * r + i];
@@ -110,7 +111,7 @@ void thrum_slave_inertia_matrices(const thrum_slave_inertia *s, double *by_x, do
   for (int64_t i = 0; i < r; i++) {
     double *products = s->products;
     memset(products, 0, (size_t)(3 * r) * sizeof *products);
-    thrum_matrix_product_transposed(s->count, 3 * r, s->rows, s->columns + i * s->count, products);
+    thrum_wide_product(s->count, 3 * r, s->rows, s->columns + i * s->count, products);
     for (int64_t j = 0; j < r; j++) {
       by_x[i * r + j] += products[j];
       by_v[i * r + j] = products[r + j];

@@ -12,6 +12,8 @@ typedef struct thrum_slave_inertia {
   int64_t count, rank;   /* slaves, masters; count 0: there is none */
   const double *damping; /* count [1/s]; NULL: none */
   double *second;        /* count x rank x rank: d2y/dx2 */
+  double *by_master;     /* rank x count x rank: the same, a row for each master */
+  double *turn, *bend;   /* count x rank: d2y/dx2 times the velocity and the acceleration */
   double *first;         /* count x rank: dy/dx at x */
   double *rows; /* count x 3 rank: what dy/dx is multiplied with in the derivatives by x, x', x'' */
   double *columns;      /* rank x count: dy/dx, transposed */

@@ -15,17 +15,9 @@
 #include <math.h>
 
 #include "core/base/matrix_product.h"
+#include "response/wide.h"
 
 #define ROWS_AT_ONCE 8
-
-/* The same loops for wider vectors, where the compiler makes them and the C library chooses between
- * them. They have the same bits: each number is multiplied and added by itself, in the same order.
- */
-#if defined(__GNUC__) && !defined(__clang__) && defined(__x86_64__) && defined(__GLIBC__)
-#define WIDE __attribute__((target_clones("avx512f", "avx2", "default")))
-#else
-#define WIDE
-#endif
 
 /* Reduces `row` by the finished rows first .. last - 1 of `matrix`. */
 WIDE static void reduce(const double *matrix, int64_t n, int64_t first, int64_t last,
