@@ -10,7 +10,7 @@
  * for the accelerations w of both stages, of all 2 r perturbations at once. It is of order 4 and
  * symplectic: without damping what is stable stays on the unit circle at any step. The monodromy
  * matrix is what they are after a period, and its eigenvalues are the multipliers. Cost: steps (43
- * r^3 / 3 + 2 tangents) and 80 r^3. Source: Hairer, Lubich and Wanner 2006,
+ * r^3 / 3 + 16 H r^2) and 80 r^3. Source: Hairer, Lubich and Wanner 2006,
  * doi:10.1007/3-540-30666-8, section II.1.
  *
  * SPDX-License-Identifier: Apache-2.0 */
@@ -46,8 +46,9 @@ static double stage_square(int i, int j) {
 
 void thrum_floquet_lay(thrum_floquet *f, thrum_room *room) {
   const int64_t r = f->balance->rank, h = f->balance->harmonics;
-  f->cosines = thrum_room_take(room, h);
-  f->sines = thrum_room_take(room, h);
+  f->cosines = thrum_room_take(room, 2 * h + 1);
+  f->sines = thrum_room_take(room, 2 * h + 1);
+  f->residual = thrum_room_take(room, f->balance->unknowns);
   f->motion = thrum_room_take(room, 4 * r * r);
   f->system = thrum_room_take(room, 4 * r * r);
   f->rates = thrum_room_take(room, 4 * r * r);
@@ -56,40 +57,34 @@ void thrum_floquet_lay(thrum_floquet *f, thrum_room *room) {
   f->inertia = thrum_room_take(room, f->balance->slaves.count > 0 ? 2 * r * r : 0);
   f->product = thrum_room_take(room, 2 * r * r);
   f->values = thrum_room_take(room, 4 * r);
-  f->q = thrum_room_take(room, 4 * r);
+  f->q = thrum_room_take(room, r);
   f->columns = (int32_t *)(void *)thrum_room_take(room, r + 1);
 }
 
-/* The harmonics at a place of Gauss. */
+/* The harmonics 0 to 2 H at a place of Gauss. */
 static void put_waves(thrum_floquet *f, int64_t place) {
   const double at = (double)(place / 2) + (place % 2 == 0 ? C1 : C2);
-  for (int64_t k = 1; k <= f->balance->harmonics; k++) {
-    const double turns = fmod((double)k * at / (double)f->steps, 1);
-    f->cosines[k - 1] = cos(THRUM_TWO_PI * turns);
-    f->sines[k - 1] = sin(THRUM_TWO_PI * turns);
+  const double angle = THRUM_TWO_PI * at / (double)f->steps, c = cos(angle), s = sin(angle);
+  f->cosines[0] = 1;
+  f->sines[0] = 0;
+
+  // each turns the one before by that angle
+  for (int64_t k = 0; k < 2 * f->balance->harmonics; k++) {
+    f->cosines[k + 1] = c * f->cosines[k] - s * f->sines[k];
+    f->sines[k + 1] = s * f->cosines[k] + c * f->sines[k];
   }
 }
 
-/* Place, velocity and acceleration at these harmonics, in f->q. */
+/* The place at these harmonics, in f->q. */
 static void motion_at(thrum_floquet *f, const thrum_place *of) {
   const thrum_balance *b = f->balance;
   const int64_t r = b->rank;
-  const double *cosines = f->cosines, *sines = f->sines;
-  double *velocity = f->q + r, *bend = velocity + r;
-  memset(f->q, 0, (size_t)(4 * r) * sizeof *f->q);
   memcpy(f->q, of->x, (size_t)r * sizeof *f->q);
   for (int64_t block = 1; block < b->blocks; block++) {
-    const int64_t k = thrum_block_harmonic(b, block) - 1;
-    const bool sine = thrum_block_sine(b, block);
-    const double w = of->omega * (double)(k + 1), value = sine ? sines[k] : cosines[k];
-    const double rate = w * (sine ? cosines[k] : -sines[k]), second = -w * w * value;
-    const double *x = of->x + block * r;
+    const int64_t k = thrum_block_harmonic(b, block);
+    const double value = thrum_block_sine(b, block) ? f->sines[k] : f->cosines[k];
     for (int64_t i = 0; i < r; i++)
-      f->q[i] += value * x[i];
-    for (int64_t i = 0; b->slaves.count > 0 && i < r; i++) {
-      velocity[i] += rate * x[i];
-      bend[i] += second * x[i];
-    }
+      f->q[i] += value * of->x[block * r + i];
   }
 }
 
@@ -98,23 +93,49 @@ static void scale(int64_t count, double by, double *numbers) {
     numbers[e] *= by;
 }
 
-/* The matrices of (21.7) at a place of Gauss: by the place, over Omega^2, with what of the load
- * changes with q; and by velocity, over Omega, and acceleration, where slaves have inertia. */
-static void matrices_at(thrum_floquet *f, const thrum_place *of, int64_t place, int stage) {
+/* The tangent of a sum over points, which no finite series holds, at the harmonics of a place. */
+static void tangent_of_points(thrum_floquet *f, const thrum_place *of, double *tangent) {
   thrum_balance *b = f->balance;
-  const int64_t r = b->rank, square = r * r;
-  double *tangent = f->tangents + stage * square, loss = 0;
-  put_waves(f, place);
+  const int64_t square = b->rank * b->rank;
   motion_at(f, of);
   thrum_tangent_stiffness(b->model, f->q, tangent, b->work);
-  const double parts[LOAD_PARTS] = {1, *f->cosines, *f->sines};
+  const double parts[LOAD_PARTS] = {1, f->cosines[1], f->sines[1]};
   for (int part = 0; b->pull != NULL && part < LOAD_PARTS; part++)
     for (int64_t e = 0; e < square; e++)
       tangent[e] -= parts[part] * b->pull[part * square + e];
+}
+
+/* The sum of a series at a place, of which cosines and sines are given as they count in it. */
+static void sum_series(const thrum_floquet *f, const thrum_spectrum *of, double *out) {
+  const int64_t square = f->balance->rank * f->balance->rank, count = 2 * f->balance->harmonics + 1;
+  memset(out, 0, (size_t)square * sizeof *out);
+  thrum_wide_product(count, square, of->even, f->cosines, out);
+  thrum_wide_product(count, square, of->odd, f->sines, out);
+}
+
+/* The matrices of (21.7) at a place of Gauss: by the place, over Omega^2, with what of the load
+ * changes with q; and by velocity, over Omega, and acceleration, where slaves have inertia. They
+ * are quadratic in the motion, so their series of 2 H harmonics, which the balance has made, is
+ * exact. */
+static void matrices_at(thrum_floquet *f, const thrum_place *of, int64_t place, int stage) {
+  thrum_balance *b = f->balance;
+  const int64_t r = b->rank, square = r * r, count = 2 * b->harmonics + 1;
+  double *tangent = f->tangents + stage * square;
+  put_waves(f, place);
+  if (b->model->point_count > 0) {
+    tangent_of_points(f, of, tangent);
+  } else {
+    // means with cosines and sines are halves of the coefficients, but for the first
+    for (int64_t k = 1; k < count; k++) {
+      f->cosines[k] *= 2;
+      f->sines[k] *= 2;
+    }
+    sum_series(f, &b->stiffness, tangent);
+  }
   if (b->slaves.count > 0) {
     double *drag = f->drag + stage * square;
-    thrum_slave_inertia_force(&b->slaves, f->q, f->q + r, f->q + 2 * r, true, f->q + 3 * r, &loss);
-    thrum_slave_inertia_matrices(&b->slaves, tangent, drag, f->inertia + stage * square);
+    sum_series(f, &b->drag, drag);
+    sum_series(f, &b->inertia, f->inertia + stage * square);
     scale(square, 1 / of->omega, drag);
   }
   scale(square, 1 / (of->omega * of->omega), tangent);
@@ -260,6 +281,12 @@ static double growth(const thrum_floquet *f) {
  * what is unstable is believed where twice the steps find it as fast. */
 bool thrum_floquet_solve(thrum_floquet *f, const thrum_place *place) {
   f->steps = f->steps_least;
+
+  // the series of the matrices at this motion
+  if (f->balance->model->point_count == 0) {
+    thrum_balance_residual(f->balance, place->x, place->omega, f->residual);
+    thrum_balance_linearise(f->balance, place->omega);
+  }
   if (!solve_by_steps(f, place))
     return false;
   int32_t unstable = thrum_floquet_unstable(f);

@@ -8,14 +8,15 @@
 typedef struct thrum_floquet {
   thrum_balance *balance;
   int64_t steps_least, steps; /* of a period: first, and in use */
-  double *cosines, *sines;    /* H, at a place of Gauss */
+  double *cosines, *sines;    /* 2 H + 1, at a place of Gauss */
+  double *residual;           /* of the balance, not looked at */
   double *motion;             /* 2 rank x 2 rank: perturbations and their rates, by column */
   double *system, *rates;     /* 2 rank x 2 rank */
   double *tangents;           /* 2 x rank x rank */
   double *drag, *inertia; /* the same of velocities and accelerations, where slaves have inertia */
   double *product;        /* rank x 2 rank */
   double *values;         /* 2 rank pairs */
-  double *q;              /* 4 rank: place, velocity, acceleration, force */
+  double *q;              /* rank: the place */
   int32_t *columns;       /* 2 rank */
 } thrum_floquet;
 
