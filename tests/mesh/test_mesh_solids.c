@@ -74,8 +74,18 @@ static int add_cell(const grid *g, const int at[3], int *count, char *text) {
   return used;
 }
 
+static thrum_mesh read_as(const char *text, thrum_element_choice element) {
+  const thrum_mesh_read_options options = {.scale = 1, .element = element};
+  const char *path = mesh_write("a.inp", text, strlen(text));
+  thrum_mesh mesh = {0};
+  thrum_error error = {0};
+  if (thrum_mesh_read_with(path, &options, &mesh, &error) < 0)
+    fail_msg("%s", error.message);
+  return mesh;
+}
+
 /* Wedges cut by the plane x = y need nodes in the middle of that face, which the grid has. */
-static thrum_mesh read_grid(const grid *g) {
+static thrum_mesh read_grid(const grid *g, thrum_element_choice element) {
   char *text = malloc(TEXT_MAX);
   assert_non_null(text);
   int used = sprintf(text, "*NODE\n"), count = 0;
@@ -97,7 +107,7 @@ static thrum_mesh read_grid(const grid *g) {
       for (int k = 0; k < CELLS; k++)
         used += add_cell(g, (const int[3]){i, j, k}, &count, text + used);
   assert_true(used < TEXT_MAX);
-  thrum_mesh mesh = mesh_good("a.inp", text);
+  thrum_mesh mesh = read_as(text, element);
   free(text);
   return mesh;
 }
@@ -126,7 +136,7 @@ static void elements_are_cut_conformingly_whatever_their_numbers(void **state) {
     number(&g, (uint64_t)n);
     if (n & 4 && !g.quadratic) // faces of linear elements would not be planar
       continue;
-    thrum_mesh mesh = read_grid(&g);
+    thrum_mesh mesh = read_grid(&g, THRUM_ELEMENT_TET);
     thrum_mesh_examined examined;
     assert_int_equal(thrum_mesh_examine(&mesh, &examined, NULL), THRUM_OK);
 
@@ -149,6 +159,64 @@ static void elements_are_cut_conformingly_whatever_their_numbers(void **state) {
                                            : "54 wedges were cut into 162 tetrahedra of four nodes")
                         : g.quadratic ? "27 hexahedra were cut into 162 tetrahedra of ten nodes"
                                       : "27 hexahedra were cut into 162 tetrahedra of four nodes");
+    thrum_mesh_free(&mesh);
+  }
+}
+
+/* Solids that stay have their nodes, and tets of all of these that are their shape. */
+static void solids_stay_with_tets_for_their_shape(void **state) {
+  (void)state;
+  for (int n = 0; n < 8; n++) {
+    grid g = {.quadratic = n & 1, .wedges = n & 2, .curved = n & 4 && n & 1 ? 0.01 : 0};
+    number(&g, (uint64_t)n);
+    thrum_mesh mesh = read_grid(&g, THRUM_ELEMENT_AUTO);
+    thrum_mesh_examined examined;
+    assert_int_equal(thrum_mesh_examine(&mesh, &examined, NULL), THRUM_OK);
+    const int64_t cells = (int64_t)CELLS * CELLS * CELLS, solids = g.wedges ? 2 * cells : cells;
+    const thrum_solid_form form =
+        thrum_solid_form_of(g.wedges ? THRUM_SOLID_WEDGE : THRUM_SOLID_HEXAHEDRON, g.quadratic);
+    assert_int_equal(mesh.solid_count, solids);
+    assert_int_equal(mesh.solid_form[solids - 1], form);
+    assert_int_equal(thrum_mesh_solid_nodes(&mesh), solids * thrum_solid_forms[form].nodes);
+    assert_int_equal(mesh.solid_tet_ends[solids - 1], mesh.tet_count);
+    assert_null(mesh.midsides);
+    assert_int_equal(mesh.flipped_tets, 0);
+    assert_int_equal(mesh.note_count, 0);
+
+    // faces of neighbours are cut alike, into two triangles, or six, or four of a triangle
+    const int64_t squares = (int64_t)CELLS * CELLS * (g.wedges ? 4 : 6);
+    const int64_t halves = (int64_t)CELLS * CELLS * (g.wedges ? 4 : 0);
+    assert_int_equal(examined.surface_triangles,
+                     g.quadratic ? 6 * squares + 4 * halves : 2 * squares + halves);
+    assert_int_equal(examined.genus, 0);
+    assert_true(fabs(examined.volume / exact_volume(&g) - 1) < (g.curved > 0 ? 1e-2 : 1e-13));
+    thrum_mesh_free(&mesh);
+  }
+}
+
+/* A cube that is wound the other way is reflected; one that is a wedge, and one with a pyramid on
+ * top, are cut. */
+static void solids_are_turned_or_cut_where_they_must_be(void **state) {
+  (void)state;
+  static const char nodes[] = "*NODE\n1,0,0,0\n2,1,0,0\n3,1,1,0\n4,0,1,0\n5,0,0,1\n6,1,0,1\n"
+                              "7,1,1,1\n8,0,1,1\n9,.5,.5,2\n";
+  char text[1000];
+  snprintf(text, sizeof text, "%s*ELEMENT, TYPE=C3D8\n1,5,6,7,8,1,2,3,4\n", nodes);
+  thrum_mesh mesh = read_as(text, THRUM_ELEMENT_SOLID);
+  assert_int_equal(mesh.solid_count, 1);
+  for (int n = 0; n < 8; n++)
+    assert_int_equal(mesh.solid_nodes[n], n);
+  assert_int_equal(mesh.flipped_tets, mesh.tet_count);
+  thrum_mesh_free(&mesh);
+
+  static const char *const others[] = {"*ELEMENT, TYPE=C3D8\n1,1,2,3,3,5,6,7,7\n",
+                                       "*ELEMENT, TYPE=C3D8\n1,1,2,3,4,5,6,7,8\n"
+                                       "*ELEMENT, TYPE=C3D5\n2,5,6,7,8,9\n"};
+  for (int n = 0; n < 2; n++) {
+    snprintf(text, sizeof text, "%s%s", nodes, others[n]);
+    mesh = read_as(text, THRUM_ELEMENT_AUTO);
+    assert_int_equal(mesh.solid_count, 0);
+    assert_int_equal(mesh.note_count, 1);
     thrum_mesh_free(&mesh);
   }
 }
@@ -244,6 +312,8 @@ static void wedges_of_vtk_may_be_wound_either_way(void **state) {
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(elements_are_cut_conformingly_whatever_their_numbers),
+      cmocka_unit_test(solids_stay_with_tets_for_their_shape),
+      cmocka_unit_test(solids_are_turned_or_cut_where_they_must_be),
       cmocka_unit_test(pyramids_meet_hexahedra),
       cmocka_unit_test(a_wedge_may_be_written_as_a_hexahedron),
       cmocka_unit_test(wedges_of_vtk_may_be_wound_either_way),
