@@ -497,15 +497,24 @@ static thrum_status read_mesh(const precompute_request *request, thrum_mesh *mes
                               thrum_error *error) {
   if (mesh_of_model_is_named(request->mesh_name)) {
     const thrum_mesh_read_options *reading = &request->reading;
-    if (reading->scale != 1 || reading->order > 0 || reading->unit || reading->regions)
+    if (reading->scale != 1 || reading->order > 0 || reading->unit || reading->regions ||
+        reading->element != THRUM_ELEMENT_AUTO)
       return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
-                             "%.200s is a model: --scale, --unit, --regions and --order are of its "
-                             "mesh's file",
+                             "%.200s is a model: --scale, --unit, --regions, --order and --element "
+                             "are of its mesh's file",
                              request->mesh_name);
     return mesh_of_model_read(request->mesh_name, mesh, fixed, error);
   }
 
-  THRUM_TRY(thrum_mesh_read_with(request->mesh_name, &request->reading, mesh, error));
+  // what tetrahedra alone have cuts other elements, unless these were asked for
+  const thrum_precompute_options *options = &request->options;
+  thrum_mesh_read_options reading = request->reading;
+  if (reading.element == THRUM_ELEMENT_AUTO &&
+      (options->cubature || options->parameters || options->shared != NULL ||
+       options->law != THRUM_LAW_STVK ||
+       region_materials_need_points(request->materials, request->material_count)))
+    reading.element = THRUM_ELEMENT_TET;
+  THRUM_TRY(thrum_mesh_read_with(request->mesh_name, &reading, mesh, error));
   return thrum_reserve(fixed, mesh->vertex_count, 1, "what is held of the mesh", error);
 }
 
