@@ -50,7 +50,7 @@ namespace Thrum {
     public static StateDef Default {
       get {
         StateDef def = new StateDef();
-        Native.thrum_state_def_init(ref def, (UIntPtr)Marshal.SizeOf(typeof(StateDef)));
+        Native.thrum_state_def_init(ref def, (UIntPtr)(uint)Marshal.SizeOf(typeof(StateDef)));
         return def;
       }
     }

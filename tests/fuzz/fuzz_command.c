@@ -74,7 +74,7 @@ static struct {
   probe_spec probes[ROOM];
   load_target targets[ROOM];
   static_move moves[ROOM];
-  const char *texts[5][ROOM];
+  const char *texts[6][ROOM];
 } room;
 
 typedef union any_request {
@@ -103,6 +103,7 @@ static void prepare(int which, any_request *request) {
     request->precompute.train = room.texts[2];
     request->precompute.tests = room.texts[3];
     request->precompute.materials = room.texts[4];
+    request->precompute.springs = room.texts[5];
   }
 }
 
