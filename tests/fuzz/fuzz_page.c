@@ -2,7 +2,7 @@
  * the page hands them over (docs/viewer.md), behind the checks that the page makes of them. An
  * input is decisions and numbers.
  * sources: scene/*.c javascript/bridge_*.c viewer/page.c viewer/page_touches.c viewer/pick.c
- * core/[a-z]*[a-z]/*.c runtime/[a-z]*[a-z]/*.c SPDX-License-Identifier: Apache-2.0 */
+ * core/[a-z]*[a-z]/*.c runtime/[a-z]*[a-z]/*.c contact/*.c SPDX-License-Identifier: Apache-2.0 */
 #include <float.h>
 
 #include "tests/fuzz/fuzz_draw.h"
