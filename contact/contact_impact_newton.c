@@ -209,7 +209,8 @@ static void take_up(const newton *of) {
 }
 
 /* The gradient and the matrix at z. */
-static void linearise(const newton *of) {
+static void linearise(void *newton_of) {
+  const newton *of = newton_of;
   thrum_impact_place at;
   memcpy(of->gradient, of->z, (size_t)of->m * sizeof *of->gradient);
   memset(of->matrix, 0, (size_t)(of->m * of->stride) * sizeof *of->matrix);
@@ -227,7 +228,8 @@ static void linearise(const newton *of) {
 }
 
 /* By how much the velocities of the rows change in a whole step; returns the largest [m/s]. */
-static double fill_ways(const newton *of) {
+static double fill_ways(void *newton_of) {
+  const newton *of = newton_of;
   thrum_impact_place at;
   double most = 0.0;
   for (thrum_impact_cursor n = {0, 0}; next_part(of, &n, &at);) {
@@ -237,18 +239,10 @@ static double fill_ways(const newton *of) {
   return sqrt(most);
 }
 
-static double dot(const double *a, const double *b, int64_t count) {
-  double sum = 0.0;
-  for (int64_t i = 0; i < count; i++)
-    sum += a[i] * b[i];
-  return sum;
-}
-
-/* The slope of the function at a share of the step. */
-static double slope_at(const void *newton_of, double share) {
+/* The slope less what the rows do at a share of the step. */
+static double fall(const void *newton_of, double share, double slope) {
   const newton *of = newton_of;
   thrum_impact_place at;
-  double slope = dot(of->z, of->step, of->m) + share * dot(of->step, of->step, of->m);
   for (thrum_impact_cursor n = {0, 0}; next_part(of, &n, &at);) {
     const thrum_row_strike *strike = &at.row->strike;
     double x[3], impulse[3];
@@ -260,20 +254,20 @@ static double slope_at(const void *newton_of, double share) {
   return slope;
 }
 
-/* Takes a share of the step; after a whole one that is no last one the rows go on from the impulses
- * that they have then. */
-static void take(const newton *of, double share, bool last) {
+/* Moves the rows by a share of the step. */
+static void take(void *newton_of, double share) {
   thrum_impact_place at;
-  for (int64_t q = 0; q < of->m; q++)
-    of->z[q] += share * of->step[q];
-  for (thrum_impact_cursor n = {0, 0}; next_part(of, &n, &at);) {
-    thrum_row_strike *strike = &at.row->strike;
-    double impulse[3];
+  for (thrum_impact_cursor n = {0, 0}; next_part(newton_of, &n, &at);)
     for (int axis = 0; axis < 3; axis++)
-      strike->at[axis] += share * strike->way[axis];
-    if (share < 1.0 || last)
-      continue;
-    respond(at.row, strike->at, impulse, NULL);
+      at.row->strike.at[axis] += share * at.row->strike.way[axis];
+}
+
+/* All rows go on from the impulses that they have. */
+static void go_on(void *newton_of) {
+  thrum_impact_place at;
+  for (thrum_impact_cursor n = {0, 0}; next_part(newton_of, &n, &at);) {
+    double impulse[3];
+    respond(at.row, at.row->strike.at, impulse, NULL);
     go_on_from(at.row, impulse);
   }
 }
@@ -305,7 +299,9 @@ static bool give_back(const newton *of) {
 }
 
 bool thrum_impact_newton(const thrum_impact_rows *rows, double tolerance) {
+  static const thrum_newton_laws laws = {linearise, fill_ways, fall, take, go_on};
   double own[8 * (8 + 3)];
+  bool settled;
   newton of = {.rows = rows, .matrix = rows->pairs ? rows->pairs->view.impact_room : own};
   const int64_t most = rows->pairs ? THRUM_IMPACT_WIDTH(rows->pairs->pairs->member_max) : 6;
   if (!find_columns(&of, most))
@@ -317,20 +313,8 @@ bool thrum_impact_newton(const thrum_impact_rows *rows, double tolerance) {
   of.gradient = of.z + of.m;
   of.step = of.gradient + of.m;
   take_up(&of);
-
-  // steps of Newton's method, each as far as the function falls
-  bool fresh = true, settled = false;
-  for (int n = 0; n < ITERATIONS_MAX && !settled; n++) {
-    linearise(&of);
-    if (!thrum_newton_step(of.m, of.matrix, of.gradient, of.step))
-      return false;
-    const double change = fill_ways(&of);
-    const double share = thrum_newton_search(slope_at, &of, dot(of.gradient, of.step, of.m));
-
-    // it settles where rows that have just gone on from their impulses change no more
-    settled = fresh && share == 1.0 && change <= tolerance;
-    fresh = share == 1.0;
-    take(&of, share, settled);
-  }
+  const thrum_newton_system system = {of.m, of.z, of.gradient, of.step, of.matrix};
+  if (!thrum_newton_minimise(&system, &laws, &of, ITERATIONS_MAX, tolerance, &settled))
+    return false;
   return give_back(&of);
 }

@@ -173,3 +173,54 @@ double thrum_newton_search(thrum_newton_slope slope_at, const void *of, double s
   }
   return share;
 }
+
+/* --- the solve -------------------------------------------------------------------------------- */
+
+/* A solve at the beginning of a step. */
+typedef struct along_step {
+  const thrum_newton_system *system;
+  const thrum_newton_laws *laws;
+  void *of;
+} along_step;
+
+static double dot(const double *a, const double *b, int64_t count) {
+  double sum = 0.0;
+  for (int64_t i = 0; i < count; i++)
+    sum += a[i] * b[i];
+  return sum;
+}
+
+/* The slope of the function at a share of the step. */
+static double slope_at(const void *along, double share) {
+  const along_step *at = along;
+  const thrum_newton_system *s = at->system;
+  const double own = dot(s->z, s->step, s->m) + share * dot(s->step, s->step, s->m);
+  return at->laws->fall(at->of, share, own);
+}
+
+bool thrum_newton_minimise(const thrum_newton_system *system, const thrum_newton_laws *laws,
+                           void *of, int most, double tolerance, bool *settled) {
+  const along_step at = {system, laws, of};
+  const int64_t m = system->m;
+  bool fresh = true;
+  *settled = false;
+  for (int n = 0; n < most && !*settled; n++) {
+    laws->linearise(of);
+    if (!thrum_newton_step(m, system->matrix, system->gradient, system->step))
+      return false;
+
+    // as far as the function falls
+    const double longest = laws->ways(of);
+    const double share = thrum_newton_search(slope_at, &at, dot(system->gradient, system->step, m));
+    for (int64_t q = 0; q < m; q++)
+      system->z[q] += share * system->step[q];
+    laws->take(of, share);
+
+    // after a whole step rows go on from their forces, unless they have settled
+    *settled = fresh && share == 1.0 && longest <= tolerance;
+    fresh = share == 1.0;
+    if (fresh && !*settled)
+      laws->go_on(of);
+  }
+  return true;
+}

@@ -30,6 +30,29 @@ bool thrum_newton_step(int64_t m, double *matrix, const double *gradient, double
 /* The lower triangle with root root^T = weight, of an inverse inertia; false where it has none. */
 bool thrum_newton_root(const double weight[9], double root[9]);
 
+/* A solve in m coordinates z for the minimum of |z|^2 / 2 + sum phi_i(B_i z), phi_i convex. The
+ * caller has filled z; the rest is scratch. */
+typedef struct thrum_newton_system {
+  int64_t m;
+  double *z, *gradient, *step; /* m */
+  double *matrix;              /* m rows, THRUM_NEWTON_STRIDE(m) long */
+} thrum_newton_system;
+
+/* What a solve asks of its rows; `of` is the caller's, which has the system. */
+typedef struct thrum_newton_laws {
+  void (*linearise)(void *of); /* fills gradient and matrix at z */
+  double (*ways)(void *of);    /* how far the rows go in the step; returns the longest way */
+  double (*fall)(const void *of, double share,
+                 double slope);         /* the slope less the forces times the ways there */
+  void (*take)(void *of, double share); /* moves the rows by a share of their ways */
+  void (*go_on)(void *of);              /* rows go on from the forces that they have */
+} thrum_newton_laws;
+
+/* Makes at most `most` steps, until rows that have just gone on from their forces move no more than
+ * the tolerance; *settled: they do so. False where the matrix has no factor. */
+bool thrum_newton_minimise(const thrum_newton_system *system, const thrum_newton_laws *laws,
+                           void *of, int most, double tolerance, bool *settled);
+
 /* The slope of a function along a step at a share of the step, from 0 to 1. */
 typedef double (*thrum_newton_slope)(const void *of, double share);
 

@@ -214,7 +214,8 @@ static void go_on_from(thrum_newton_row *at, const double force[3]) {
 /* --- an iteration ----------------------------------------------------------------------------- */
 
 /* Forces, the gradient and the matrix at z. */
-static void linearise(const newton *of) {
+static void linearise(void *newton_of) {
+  const newton *of = newton_of;
   memcpy(of->gradient, of->z, (size_t)of->m * sizeof *of->gradient);
   for (int64_t n = 0; n < of->count; n++) {
     thrum_newton_row *at = of->rows + n;
@@ -236,23 +237,12 @@ static void linearise(const newton *of) {
     if (force[0] != 0.0 || force[1] != 0.0 || force[2] != 0.0)
       push(of, at, back, of->gradient);
   }
-}
-
-static double dot(const double *a, const double *b, int64_t count) {
-  double sum = 0.0;
-  for (int64_t i = 0; i < count; i++)
-    sum += a[i] * b[i];
-  return sum;
-}
-
-/* Solves for the step; false where the matrix has no factor. */
-static bool solve_step(const newton *of) {
   memcpy(of->factor, of->matrix, (size_t)(of->m * of->m) * sizeof *of->factor);
-  return thrum_newton_step(of->m, of->factor, of->gradient, of->step);
 }
 
 /* How far the rows go in a whole step; returns the largest [m]. */
-static double fill_ways_on(const newton *of) {
+static double fill_ways_on(void *newton_of) {
+  const newton *of = newton_of;
   double most = 0.0;
   for (int64_t n = 0; n < of->count; n++) {
     thrum_newton_row *at = of->rows + n;
@@ -262,10 +252,9 @@ static double fill_ways_on(const newton *of) {
   return sqrt(most);
 }
 
-/* The slope of the function at a share of the step. */
-static double slope_at(const void *newton_of, double share) {
+/* The slope less what the rows do at a share of the step. */
+static double fall(const void *newton_of, double share, double slope) {
   const newton *of = newton_of;
-  double slope = dot(of->z, of->step, of->m) + share * dot(of->step, of->step, of->m);
   for (int64_t n = 0; n < of->count; n++) {
     const thrum_newton_row *at = of->rows + n;
     double x[3], force[3];
@@ -275,11 +264,6 @@ static double slope_at(const void *newton_of, double share) {
     slope -= thrum_dot3(force, at->way);
   }
   return slope;
-}
-
-/* The share of the step that is taken. */
-static double search(const newton *of) {
-  return thrum_newton_search(slope_at, of, dot(of->gradient, of->step, of->m));
 }
 
 /* --- the solve -------------------------------------------------------------------------------- */
@@ -479,39 +463,36 @@ static bool give_back(const newton *of) {
   return true;
 }
 
-/* Takes a share of the step. */
-static void take(const newton *of, double share) {
-  for (int64_t q = 0; q < of->m; q++)
-    of->z[q] += share * of->step[q];
+/* Moves the rows by a share of the step. */
+static void take(void *newton_of, double share) {
+  const newton *of = newton_of;
   for (int64_t k = 0; k < of->count; k++)
     for (int axis = 0; axis < 3; axis++)
       of->rows[k].at[axis] += share * of->rows[k].way[axis];
 }
 
+/* All rows go on from the forces that they have. */
+static void go_on(void *newton_of) {
+  const newton *of = newton_of;
+  for (int64_t k = 0; k < of->count; k++) {
+    double force[3];
+    respond(of->rows + k, of->rows[k].at, force, NULL);
+    go_on_from(of->rows + k, force);
+  }
+}
+
 bool thrum_pairs_newton(thrum_pairs_run *run, double tolerance) {
+  static const thrum_newton_laws laws = {linearise, fill_ways_on, fall, take, go_on};
   newton of = {.run = run, .bodies = run->view.newton_bodies};
-  bool fresh = true, settled = false;
+  bool settled;
   if (!find_columns(&of))
     return false;
   lay_out(&of);
   take_up(&of);
 
-  // steps of Newton's method, each as far as the function falls
-  for (int n = 0; n < ITERATIONS_MAX && !settled; n++) {
-    linearise(&of);
-    if (!solve_step(&of))
-      return false;
-    const double most = fill_ways_on(&of), share = search(&of);
-    take(&of, share);
-
-    // it settles where rows that have just gone on from their forces move no more
-    settled = fresh && share == 1.0 && most <= tolerance;
-    fresh = share == 1.0;
-    for (int64_t k = 0; k < of.count && fresh && !settled; k++) {
-      double force[3];
-      respond(of.rows + k, of.rows[k].at, force, NULL);
-      go_on_from(of.rows + k, force);
-    }
-  }
+  // the columns of a body are a multiple of four, so that the rows of the matrix are m long
+  const thrum_newton_system system = {of.m, of.z, of.gradient, of.step, of.factor};
+  if (!thrum_newton_minimise(&system, &laws, &of, ITERATIONS_MAX, tolerance, &settled))
+    return false;
   return give_back(&of) && settled;
 }
