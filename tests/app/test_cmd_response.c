@@ -209,6 +209,35 @@ static void what_follows_the_modes_brakes_no_resonance(void **state) {
   }
 }
 
+static void cubature_points_have_the_curve_of_the_polynomial(void **state) {
+  (void)state;
+  program_result made = thrum_run(
+      folder, "precompute", "beam:8x1x1@1x0.05x0.04", "--order", "2", "--fix", "x<0.001", "--fix",
+      "x>0.999", "--young", "2e9", "--poisson", "0.3", "--density", "1000", "--modes", "2",
+      "--rank", "5", "--cubature", "--cubature-error", "1e-6", "-o", "points.npz", "-q", NULL);
+  assert_int_equal(made.exit_code, 0);
+  program_result_free(&made);
+
+  // the coefficients of the last motion; a mode may have the other sign
+  double found[2][11 * 5], peak[2];
+  for (int n = 0; n < 2; n++) {
+    cJSON *object = object_of(thrum_run(folder, "response", n == 0 ? "beam.npz" : "points.npz",
+                                        "--load", LOAD, "--damping-ratio", "0.01", "--condense",
+                                        "none", "--from", "70", "--to", "80", "--harmonics", "5",
+                                        "--no-check", "-o", "both", "--json", "-q", NULL),
+                              0);
+    const int points = (int)json_value(object, "points");
+    peak[n] = json_value(object, "peak_m");
+    double *all = numbers_of("both/coefficients.npy", points, 11 * 5);
+    memcpy(found[n], all + (points - 1) * 11 * 5, sizeof *found[n] * 11 * 5);
+    free(all);
+    cJSON_Delete(object);
+  }
+  assert_true(fabs(peak[1] / peak[0] - 1) < 1e-4);
+  for (int i = 0; i < 11 * 5; i++)
+    assert_true(fabs(fabs(found[1][i]) - fabs(found[0][i])) < 1e-3 * fabs(found[0][5]) + 1e-6);
+}
+
 static void a_backbone_ends_at_its_amplitude(void **state) {
   (void)state;
   cJSON *object =
@@ -275,6 +304,7 @@ int main(void) {
       cmocka_unit_test(a_run_with_damping_ratios_is_back_after_ten_periods),
       cmocka_unit_test(a_curve_begins_on_the_branch_that_it_is_shown),
       cmocka_unit_test(what_follows_the_modes_brakes_no_resonance),
+      cmocka_unit_test(cubature_points_have_the_curve_of_the_polynomial),
       cmocka_unit_test(a_backbone_ends_at_its_amplitude),
       cmocka_unit_test(a_mesh_that_misses_its_orbit_flags_the_curve),
       cmocka_unit_test(bad_input_is_one_line),
