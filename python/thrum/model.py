@@ -296,8 +296,7 @@ class Model:
 
         Its basis spans what that of this model spans. Failures: thrum_model_set_parameters.
         """
-        count = lib.thrum_model_parameter_count(self._c)
-        return self._derived("parameters", *_native.doubles(values, (count // 3, 3), "values").ravel().tolist())
+        return self._derived("parameters", *_native.doubles(values, self.parameters.shape, "values").ravel().tolist())
 
     def _with_parameters(self, *values: float) -> Model:
         size, work, made = ffi.new("size_t *"), ffi.new("size_t *"), ffi.new("const thrum_model **")

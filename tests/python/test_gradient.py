@@ -106,6 +106,8 @@ class Gradients(unittest.TestCase):
             self.assertAlmostEqual(found[0, n] / differences, 1.0, 5)
         with self.assertRaises(thrum.Unsupported):
             run(beam(), True)
+        with self.assertRaises(thrum.Unsupported):
+            beam().with_parameters(values)
 
     def test_a_run_is_that_of_a_state(self):
         model = beam()

@@ -5,6 +5,7 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "tests/support/precompute_support.h"
 
+#include "driver/identify/region_energy.h"
 #include "thrum/gradient.h"
 #include "thrum/parameters.h"
 #include "thrum/polynomial.h"
@@ -137,6 +138,22 @@ static void another_body_is_the_mesh_of_its_materials(void **state) {
   thrum_fem_free(&fem);
   set_free(&first);
   set_free(&set);
+}
+
+/* Energies of regions by the shares are those that the mesh is reduced to. */
+static void shares_are_the_energies_of_the_regions(void **state) {
+  (void)state;
+  region_energy by_shares = {0}, by_mesh = {0};
+  thrum_error error = {0};
+  thrum_model plain = made.model;
+  plain.region_energy = plain.region_mass = NULL;
+  if (region_energy_open(&made.model, &by_shares, &error) < 0 ||
+      region_energy_open(&plain, &by_mesh, &error) < 0)
+    fail_msg("%s", error.message);
+  assert_int_equal(by_shares.count, REGIONS);
+  assert_near(by_shares.block, by_mesh.block, REGIONS * made.model.energy_size, 1e-12);
+  region_energy_close(&by_shares);
+  region_energy_close(&by_mesh);
 }
 
 static void what_is_no_material_is_refused(void **state) {
@@ -316,6 +333,7 @@ int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(own_values_give_the_polynomial_back),
       cmocka_unit_test(derivatives_of_runs_are_those_of_the_bodies),
+      cmocka_unit_test(shares_are_the_energies_of_the_regions),
       cmocka_unit_test(what_is_no_material_is_refused),
       cmocka_unit_test(another_body_is_the_mesh_of_its_materials),
   };
