@@ -29,12 +29,16 @@
 #define RATIO_FIRST 0.01  /* damping ratio from which a fit begins */
 #define TOLERANCE 1e-9    /* of the steps: derivatives agree with runs to about that */
 #define DAMP_FIRST 1e-3   /* Marquardt's lambda */
-#define DAMP_MOST 1e12    /* beyond, no step lowers the sum */
-#define STEP_MOST 1.0     /* of a logarithm */
-#define STEP_LEAST 1e-6   /* of a logarithm, at which the fit has converged */
-#define GAIN_LEAST 1e-8   /* of the sum, likewise; */
-#define GAIN_WINDOW 1e-2  /* in a window that is not the last */
-#define SMALL 1e-14       /* of a diagonal, below which a parameter does not show */
+#define DAMP_LEAST 1e-9
+#define DAMP_MOST 1e12   /* beyond, no step lowers the sum */
+#define STEP_MOST 1.0    /* of a logarithm */
+#define STEP_LEAST 1e-6  /* of a logarithm, at which the fit has converged */
+#define GAIN_LEAST 1e-8  /* of the sum, likewise; */
+#define GAIN_WINDOW 1e-2 /* in a window that is not the last */
+#define STEP_STUCK                                                                                 \
+  1e-3              /* of a logarithm: a fit that finds nothing lower on so long a step is stuck */
+#define SMALL 1e-14 /* of a diagonal, below which a parameter does not show */
+#define POOR_FROM 0.5 /* of the motion: where more is left the fit explains nothing */
 
 /* --- what is fitted --------------------------------------------------------------------------- */
 
@@ -91,6 +95,9 @@ static thrum_status choose_parameters(identify_fit *f, thrum_error *error) {
   const int64_t most = f->energy.count + request->ratio_count + 2 + 2 * modes;
   THRUM_TRY(thrum_reserve(&f->parameters, most, sizeof *f->parameters, "the parameters", error));
   THRUM_TRY(thrum_reserve(&f->x, most, sizeof *f->x, "the parameters", error));
+  if (request->ratio && request->ratio_count > f->model->rank)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "--ratios %lld: the model has %lld modes",
+                           (long long)request->ratio_count, (long long)f->model->rank);
   if (request->young)
     add_young(f);
   add_damping(f);
@@ -190,6 +197,9 @@ thrum_status identify_fit_open(const identify_request *request, const thrum_mode
   for (int64_t n = 0; n < seen; n++)
     fit->motion += fit->recording.values[n] * fit->recording.values[n] / (double)seen;
   fit->motion = sqrt(fit->motion);
+  if (!(fit->motion > 0))
+    return thrum_error_set(error, THRUM_BAD_VALUE, "%.300s: nothing moves, all displacements are 0",
+                           request->recording_path);
   return reserve(fit, error);
 }
 
@@ -459,20 +469,25 @@ static void solve(const double *factors, int64_t n, double *x) {
   }
 }
 
-/* A column of the Jacobian that is nothing beside its motion. */
+/* Whether a column of the Jacobian is more than rounding: beside the motion, or that of a start
+ * beside the largest of its kind. */
 static bool shows(const identify_fit *f, const double *matrix, int64_t i, int64_t seen) {
-  const double motion = f->motion * f->motion * (double)seen;
-  return matrix[i * f->count + i] > SMALL * motion * (f->parameters[i].kind < IDENTIFY_START_Q);
+  const int64_t n = f->count;
+  const identify_kind kind = f->parameters[i].kind;
+  double scale = kind < IDENTIFY_START_Q ? f->motion * f->motion * (double)seen : 0;
+  for (int64_t k = 0; k < n && kind >= IDENTIFY_START_Q; k++)
+    if (f->parameters[k].kind == kind)
+      scale = fmax(scale, matrix[k * n + k]);
+  return matrix[i * n + i] > SMALL * scale;
 }
 
-/* The step of Marquardt's damping; false where there is none. Logarithms change by one at most. */
-static bool put_step(const identify_fit *f, const double *matrix, const double *slope,
-                     double damping, int64_t seen, double *work, double *step) {
+/* Factors of the matrix with Marquardt's damping, without what does not show. */
+static bool factor_shown(const identify_fit *f, const double *matrix, double damping, int64_t seen,
+                         double *work) {
   const int64_t n = f->count;
   memcpy(work, matrix, (size_t)(n * n) * sizeof *work);
   for (int64_t i = 0; i < n; i++) {
     const bool held = !shows(f, matrix, i, seen);
-    step[i] = held ? 0 : -slope[i];
     work[i * n + i] = held ? 1 : work[i * n + i] * (1 + damping);
     for (int64_t j = 0; j < n && held; j++) {
       if (j < i)
@@ -481,8 +496,17 @@ static bool put_step(const identify_fit *f, const double *matrix, const double *
         work[j * n + i] = 0;
     }
   }
-  if (!factor(work, n))
+  return factor(work, n);
+}
+
+/* The step of Marquardt's damping; false where there is none. Logarithms change by one at most. */
+static bool put_step(const identify_fit *f, const double *matrix, const double *slope,
+                     double damping, int64_t seen, double *work, double *step) {
+  const int64_t n = f->count;
+  if (!factor_shown(f, matrix, damping, seen, work))
     return false;
+  for (int64_t i = 0; i < n; i++)
+    step[i] = shows(f, matrix, i, seen) ? -slope[i] : 0;
   solve(work, n, step);
   for (int64_t i = 0; i < n; i++)
     if (f->parameters[i].kind < IDENTIFY_START_Q)
@@ -490,21 +514,25 @@ static bool put_step(const identify_fit *f, const double *matrix, const double *
   return true;
 }
 
+/* A change of a parameter: of a logarithm, or of a start the motion that it makes. */
+static double size_of_change(const identify_fit *f, const double *matrix, int64_t i, int64_t seen,
+                             double change) {
+  const double scale = f->parameters[i].kind < IDENTIFY_START_Q
+                           ? 1
+                           : sqrt(matrix[i * f->count + i] / (double)seen) / f->motion;
+  return fabs(change) * scale;
+}
+
 static double largest_step(const identify_fit *f, const double *step, const double *matrix,
                            int64_t seen) {
   double most = 0;
-  for (int64_t i = 0; i < f->count; i++) {
-    // of a start, by the motion that it makes
-    const double scale = f->parameters[i].kind < IDENTIFY_START_Q
-                             ? 1
-                             : sqrt(matrix[i * f->count + i] / (double)seen) / f->motion;
-    most = fmax(most, fabs(step[i]) * scale);
-  }
+  for (int64_t i = 0; i < f->count; i++)
+    most = fmax(most, size_of_change(f, matrix, i, seen, step[i]));
   return most;
 }
 
-/* Tries steps, ever shorter, from the run that is on the tape until one lowers the sum. Takes it,
- * and returns whether there was one; *end: it was none worth another. */
+/* Tries steps, ever shorter, from the run that is on the tape until one lowers the sum, and takes
+ * it. *end: there was none worth another; f->converged: as none was long. */
 static thrum_status improve(identify_fit *f, int64_t rows, double *sum, double *damping, bool *end,
                             thrum_error *error) {
   const int64_t n = f->count, seen = rows * f->recording.column_count;
@@ -523,11 +551,11 @@ static thrum_status improve(identify_fit *f, int64_t rows, double *sum, double *
     if (lower) {
       const double least = rows < f->recording.rows ? GAIN_WINDOW : GAIN_LEAST;
       const bool small = *sum - next < least * *sum;
-      *end = small || largest_step(f, step, matrix, seen) < STEP_LEAST;
+      *end = f->converged = small || largest_step(f, step, matrix, seen) < STEP_LEAST;
       memcpy(f->x, x, (size_t)n * sizeof *x);
       status = put_jacobian(f, &t, x, rows, error);
       *sum = next;
-      *damping = fmax(*damping / 10, 1e-9);
+      *damping = fmax(*damping / 10, DAMP_LEAST);
     }
     region_body_free(&t.body);
     free(t.seen);
@@ -539,6 +567,8 @@ static thrum_status improve(identify_fit *f, int64_t rows, double *sum, double *
       break;
   }
   *end = true;
+  f->converged = put_step(f, matrix, slope, DAMP_LEAST, seen, work, step) &&
+                 largest_step(f, step, matrix, seen) < STEP_STUCK;
   return THRUM_OK;
 }
 
@@ -562,24 +592,29 @@ static thrum_status look(identify_fit *f, int64_t rows, bool keep, double *sum,
   return status;
 }
 
+bool identify_fit_poor(const identify_fit *fit) {
+  return !(fit->rms < POOR_FROM * fit->motion);
+}
+
 /* Values and their deviations, from the Jacobian of all rows. */
 static void put_values(identify_fit *f, double sum) {
   const int64_t n = f->count, seen = f->recording.rows * f->recording.column_count;
   double *matrix = f->normal, *work = matrix + n * n, *slope = work + n * n, *column = slope + n;
   const double variance = sum / (double)(seen - n);
   put_normal(f, seen, matrix, slope);
-  memcpy(work, matrix, (size_t)(n * n) * sizeof *work);
-  const bool definite = factor(work, n);
+  const bool definite = factor_shown(f, matrix, 0, seen, work) && !identify_fit_poor(f);
   for (int64_t i = 0; i < n; i++) {
     identify_parameter *p = &f->parameters[i];
     p->value = value_of(p, f->x[i]);
-    p->deviation = INFINITY;
+    p->deviation = p->doubt = INFINITY;
     if (!definite || !shows(f, matrix, i, seen))
       continue;
     memset(column, 0, (size_t)n * sizeof *column);
     column[i] = 1;
     solve(work, n, column);
-    p->deviation = sqrt(variance * column[i]) * (p->kind < IDENTIFY_START_Q ? p->value : 1);
+    const double change = sqrt(variance * column[i]);
+    p->deviation = change * (p->kind < IDENTIFY_START_Q ? p->value : 1);
+    p->doubt = size_of_change(f, matrix, i, seen, change);
   }
 }
 
@@ -603,7 +638,7 @@ thrum_status identify_fit_run(identify_fit *fit, thrum_error *error) {
     for (; n < fit->request->iterations && !end; n++)
       THRUM_TRY(improve(fit, rows, &sum, &damping, &end, error));
     fit->iterations += n;
-    fit->converged = end;
+    fit->converged = fit->converged && end;
   }
 
   THRUM_TRY(look(fit, rec->rows, true, &sum, error));

@@ -23,6 +23,7 @@ typedef struct identify_parameter {
   double first;     /* value from which the fit began */
   double value;     /* that was found */
   double deviation; /* standard deviation; infinite: the recording does not show it */
+  double doubt;     /* that over the value, of a start as motion over that recorded */
 } identify_parameter;
 
 typedef struct identify_fit {
@@ -56,6 +57,10 @@ typedef struct identify_fit {
 thrum_status identify_fit_open(const identify_request *request, const thrum_model *model,
                                identify_fit *fit, thrum_error *error);
 void identify_fit_close(identify_fit *fit);
+
+/* Does the fit leave so much of the motion that it explains nothing? Deviations are infinite then.
+ */
+bool identify_fit_poor(const identify_fit *fit);
 
 /* Fits. What does not converge is done, and says so. */
 thrum_status identify_fit_run(identify_fit *fit, thrum_error *error);

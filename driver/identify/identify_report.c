@@ -19,17 +19,18 @@
 #define QUANTILE 1.96     /* of 95 % */
 #define MOVED_WARNED 0.02 /* of a modulus: beyond, its basis may be felt, */
 #define MOVED_SHARED 0.1  /* and one that was made for such changes */
-#define UNSEEN_FROM 0.5   /* deviation over the value from which a parameter does not show */
+#define UNSEEN_FROM 0.5   /* doubt from which a parameter does not show */
 
 /* Does the recording say nothing of it? */
 static bool unseen(const identify_parameter *p) {
-  return !isfinite(p->deviation) ||
-         (p->kind < IDENTIFY_START_Q && p->deviation > UNSEEN_FROM * fabs(p->value));
+  return !(p->doubt <= UNSEEN_FROM);
 }
 
 const char *identify_flag(const identify_fit *fit) {
   if (!fit->converged)
     return "unconverged";
+  if (identify_fit_poor(fit))
+    return "poor";
   for (int64_t n = 0; n < fit->count; n++)
     if (unseen(&fit->parameters[n]))
       return "unseen";
@@ -115,6 +116,10 @@ void identify_report_warn(const identify_fit *fit) {
         100 * most);
   if (!fit->converged)
     config_warn("the fit has not converged: begin nearer, or allow more --iterations");
+  else if (identify_fit_poor(fit))
+    config_warn("%.0f %% of the motion is left: the fit explains nothing; look at the start, the "
+                "units and the columns",
+                100 * fit->rms / fit->motion);
 }
 
 /* --- files ------------------------------------------------------------------------------------ */

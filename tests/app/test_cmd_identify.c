@@ -119,6 +119,76 @@ static void what_does_not_show_is_flagged(void **state) {
   program_result_free(&run);
 }
 
+/* Every tenth row of the time and one other column of the probes. */
+static void keep_column(int kept, const char *name) {
+  char *text = text_file_read(in_folder("even/probes.csv"));
+  FILE *to = fopen(in_folder(name), "w");
+  assert_true(text != NULL && to != NULL);
+  int64_t row = -1;
+  for (char *at = text; *at != 0; row++) {
+    char *end = strchr(at, '\n'), *next = at;
+    *end = 0;
+    for (int column = 0; next != NULL && (row < 0 || row % 10 == 0); column++) {
+      const size_t length = strcspn(next, ",");
+      if (column == 1 || column == kept)
+        fprintf(to, "%.*s%s", (int)length, next, column == 1 ? "," : "\n");
+      next = next[length] == ',' ? next + length + 1 : NULL;
+    }
+    at = end + 1;
+  }
+  assert_int_equal(fclose(to), 0);
+  free(text);
+}
+
+/* The body swings along z, and mode 2 along y: of it the recording says nothing, but all of E and
+ * of the damping of mode 1. */
+static void what_does_not_show_takes_nothing_from_the_rest(void **state) {
+  (void)state;
+  done(thrum_run(folder, "precompute", "beam:4x2x2@1x0.1x0.08", "--order", "2", "--fix", "x<0.001",
+                 "--young", "1e6", "--poisson", "0.3", "--density", "1000", "--modes", "3",
+                 "--rank", "8", "-o", "even.npz", "-q", NULL));
+  done(thrum_run(folder, "simulate", "even.npz", "--start", "mode:1,0.08", "--dt", "0.002",
+                 "--time", "4", "--damping-ratio", "0.03", "--probe", "tip", "-o", "even", "-q",
+                 NULL));
+  keep_column(4, "z.csv");
+  cJSON *object = object_of(thrum_run(folder, "identify", "even.npz", "z.csv", "--start",
+                                      "mode:1,0.08", "--parameters", "E,damping-ratio,start",
+                                      "--ratios", "3", "--start-modes", "2", "--json", NULL),
+                            3);
+  const struct {
+    int place;
+    const char *name;
+    double truth;
+  } seen[] = {{0, "E", 1e6}, {1, "damping ratio of mode 1", 0.03}};
+  for (int n = 0; n < 2; n++) {
+    const cJSON *item = parameter(object, seen[n].place, seen[n].name);
+    assert_true(fabs(json_value(item, "value") / seen[n].truth - 1) < 1e-3);
+    assert_true(json_value(item, "deviation") < 1e-3 * seen[n].truth);
+  }
+  const cJSON *ratio = parameter(object, 2, "damping ratio of mode 2");
+  const cJSON *start = parameter(object, 5, "start q2");
+  assert_true(cJSON_IsFalse(cJSON_GetObjectItemCaseSensitive(ratio, "seen")));
+  assert_true(cJSON_IsFalse(cJSON_GetObjectItemCaseSensitive(start, "seen")));
+  cJSON_Delete(object);
+}
+
+static void a_fit_that_explains_nothing_is_flagged(void **state) {
+  (void)state;
+  FILE *to = fopen(in_folder("noise.csv"), "w");
+  assert_non_null(to);
+  random_state random = {7};
+  fprintf(to, "time_s,tip.z_m\n");
+  for (int row = 0; row < 60; row++)
+    fprintf(to, "%g,%g\n", 0.01 * row, 0.01 * random_uniform(&random));
+  assert_int_equal(fclose(to), 0);
+  cJSON *object = object_of(thrum_run(folder, "identify", "beam.npz", "noise.csv", "--start",
+                                      "mode:1,0.1", "--json", NULL),
+                            3);
+  assert_true(
+      cJSON_IsNull(cJSON_GetObjectItemCaseSensitive(parameter(object, 0, "E"), "deviation")));
+  cJSON_Delete(object);
+}
+
 static void bad_recordings_are_refused(void **state) {
   (void)state;
   static const struct {
@@ -131,6 +201,7 @@ static void bad_recordings_are_refused(void **state) {
       {"time_s,near:1 0 0.x_m\n0,1\n0,2\n1,2\n", "bad.csv:3"},
       {"time_s,near:1 0 0.x_m\n0,1\n1,nan\n2,1\n", "bad.csv:3"},
       {"time_s,near:1 0 0.x_m\n0,1\n1\n2,1\n", "bad.csv:3"},
+      {"time_s,near:1 0 0.x_m\n0,0\n1,0\n2,0\n3,0\n", "nothing moves"},
       {"time_s,nogroup.x_m\n0,1\n1,1\n2,1\n", "nogroup"},
   };
   for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
@@ -157,6 +228,8 @@ int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_noisy_ringdown_gives_modulus_and_damping),
       cmocka_unit_test(what_does_not_show_is_flagged),
+      cmocka_unit_test(what_does_not_show_takes_nothing_from_the_rest),
+      cmocka_unit_test(a_fit_that_explains_nothing_is_flagged),
       cmocka_unit_test(bad_recordings_are_refused),
   };
   return cmocka_run_group_tests(tests, make_models, remove_folder);
