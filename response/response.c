@@ -25,6 +25,7 @@
 #define STABILITY_STEPS_EACH 6 /* for each harmonic */
 #define STEP_FIRST 0.1         /* of the longest */
 #define STEP_LEAST 1e-9        /* of the longest: where it is shorter the curve is lost */
+#define STEP_CUT 1e-2          /* of the one before: a direction that leads nowhere is found anew */
 #define GROW 1.5
 #define EASY 4           /* iterations of a point after which the step may grow */
 #define TURN_MOST 0.95   /* product of two directions: a sharper turn asks for a shorter step */
@@ -646,6 +647,16 @@ static void move_on(curve *c) {
   c->step_before = c->step;
 }
 
+/* The direction at c->now by factors of its own: those of its last iteration may be of a place that
+ * is far for what resonates sharply. */
+static void turn_anew(curve *c) {
+  const size_t size = (size_t)(c->balance.unknowns + 1) * sizeof *c->normal;
+  if (!thrum_corrector_tangent_at(&c->corrector, c->normal, &c->now, c->tangent))
+    return;
+  memcpy(c->normal, c->tangent, size);
+  c->step_before = 0;
+}
+
 static void follow(curve *c) {
   const double longest = c->def->step;
   c->step = STEP_FIRST * longest;
@@ -653,6 +664,8 @@ static void follow(curve *c) {
     measure_anew(c);
     if (!advance(c)) {
       c->step *= 0.5;
+      if (c->step_before > 0 && c->step < STEP_CUT * c->step_before)
+        turn_anew(c);
       if (c->step < STEP_LEAST * longest) {
         c->report.end = THRUM_RESPONSE_END_LOST;
         return;

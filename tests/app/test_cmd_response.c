@@ -238,6 +238,25 @@ static void cubature_points_have_the_curve_of_the_polynomial(void **state) {
     assert_true(fabs(fabs(found[1][i]) - fabs(found[0][i])) < 1e-3 * fabs(found[0][5]) + 1e-6);
 }
 
+static void a_sharp_resonance_of_a_harmonic_does_not_lose_the_curve(void **state) {
+  (void)state;
+  program_result made =
+      thrum_run(folder, "precompute", "beam:8x1x1@1x0.05x0.04", "--order", "1", "--fix", "x<0.001",
+                "--fix", "x>0.999", "--young", "2e9", "--poisson", "0.3", "--density", "1000",
+                "--modes", "2", "--rank", "5", "-o", "linear.npz", "-q", NULL);
+  assert_int_equal(made.exit_code, 0);
+  program_result_free(&made);
+
+  // twice 98.8 Hz meets the first mode
+  cJSON *object =
+      object_of(thrum_run(folder, "response", "linear.npz", "--load", LOAD, "--damping-ratio",
+                          "0.01", "--condense", "none", "--from", "60", "--to", "140",
+                          "--harmonics", "5", "--no-check", "--json", "-q", NULL),
+                0);
+  assert_string_equal(cJSON_GetObjectItemCaseSensitive(object, "end")->valuestring, "arrived");
+  cJSON_Delete(object);
+}
+
 static void a_backbone_ends_at_its_amplitude(void **state) {
   (void)state;
   cJSON *object =
@@ -305,6 +324,7 @@ int main(void) {
       cmocka_unit_test(a_curve_begins_on_the_branch_that_it_is_shown),
       cmocka_unit_test(what_follows_the_modes_brakes_no_resonance),
       cmocka_unit_test(cubature_points_have_the_curve_of_the_polynomial),
+      cmocka_unit_test(a_sharp_resonance_of_a_harmonic_does_not_lose_the_curve),
       cmocka_unit_test(a_backbone_ends_at_its_amplitude),
       cmocka_unit_test(a_mesh_that_misses_its_orbit_flags_the_curve),
       cmocka_unit_test(bad_input_is_one_line),
