@@ -94,7 +94,9 @@ static thrum_status choose_parameters(identify_fit *f, thrum_error *error) {
       request->start_modes < f->model->rank ? request->start_modes : f->model->rank;
   const int64_t most = f->energy.count + request->ratio_count + 2 + 2 * modes;
   THRUM_TRY(thrum_reserve(&f->parameters, most, sizeof *f->parameters, "the parameters", error));
-  THRUM_TRY(thrum_reserve(&f->x, most, sizeof *f->x, "the parameters", error));
+  THRUM_TRY(thrum_reserve(&f->x, 2 * most, sizeof *f->x, "the parameters", error));
+  f->best_x = f->x + most;
+  f->best = INFINITY;
   if (request->ratio && request->ratio_count > f->model->rank)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "--ratios %lld: the model has %lld modes",
                            (long long)request->ratio_count, (long long)f->model->rank);
@@ -175,6 +177,10 @@ thrum_status identify_fit_open(const identify_request *request, const thrum_mode
     return thrum_error_set(error, THRUM_MISSING,
                            "the model has no basis to see the targets by, or nothing holds it");
   THRUM_TRY(recording_read(request->recording_path, &fit->recording, error));
+  if (!request->start && request->start_count == 0)
+    return thrum_error_set(error, THRUM_MISSING,
+                           "the body starts at rest: give its --start, or fit it with --parameters "
+                           "...,start");
   THRUM_TRY(region_energy_open(model, &fit->energy, error));
 
   // what is seen, and the start
@@ -592,6 +598,24 @@ static thrum_status look(identify_fit *f, int64_t rows, bool keep, double *sum,
   return status;
 }
 
+/* The same, before which x is kept where it fits the whole recording better than any before. */
+static thrum_status look_and_keep(identify_fit *f, int64_t rows, double *sum, thrum_error *error) {
+  const thrum_status status = look(f, f->recording.rows, false, sum, NULL);
+  if (status >= 0 && *sum < f->best) {
+    memcpy(f->best_x, f->x, (size_t)f->count * sizeof *f->x);
+    f->best = *sum;
+  }
+  return rows < f->recording.rows || status < 0 ? look(f, rows, false, sum, error) : status;
+}
+
+/* Back to the best x where the fit went away from it. */
+static void take_best(identify_fit *f, double sum) {
+  if (sum <= f->best)
+    return;
+  memcpy(f->x, f->best_x, (size_t)f->count * sizeof *f->x);
+  f->converged = false;
+}
+
 bool identify_fit_poor(const identify_fit *fit) {
   return !(fit->rms < POOR_FROM * fit->motion);
 }
@@ -633,7 +657,7 @@ thrum_status identify_fit_run(identify_fit *fit, thrum_error *error) {
       rows = rec->rows;
     double damping = DAMP_FIRST;
     bool end = false;
-    THRUM_TRY(look(fit, rows, false, &sum, error));
+    THRUM_TRY(look_and_keep(fit, rows, &sum, error));
     int64_t n = 0;
     for (; n < fit->request->iterations && !end; n++)
       THRUM_TRY(improve(fit, rows, &sum, &damping, &end, error));
@@ -641,6 +665,8 @@ thrum_status identify_fit_run(identify_fit *fit, thrum_error *error) {
     fit->converged = fit->converged && end;
   }
 
+  THRUM_TRY(look_and_keep(fit, rec->rows, &sum, error));
+  take_best(fit, sum);
   THRUM_TRY(look(fit, rec->rows, true, &sum, error));
   fit->rms = sqrt(sum / (double)(rec->rows * rec->column_count));
   put_values(fit, sum);

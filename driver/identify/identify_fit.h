@@ -40,9 +40,10 @@ typedef struct identify_fit {
 
   identify_parameter *parameters;
   int64_t count;
-  double *x;     /* count, what is fitted */
-  double rms;    /* of what is left [m] */
-  double motion; /* root mean square of the recording [m] */
+  double *x;            /* count, what is fitted */
+  double *best_x, best; /* that of the least sum of squares over the whole recording, and this */
+  double rms;           /* of what is left [m] */
+  double motion;        /* root mean square of the recording [m] */
   int64_t iterations, runs;
   bool converged;
   double seconds;

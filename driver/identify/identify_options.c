@@ -124,8 +124,5 @@ int identify_options_read(int argc, char **argv, identify_request *request) {
                                     "RECORDING.csv");
   request->model_path = argv[optind];
   request->recording_path = argv[optind + 1];
-  if (!request->start && request->start_count == 0)
-    return config_usage("identify", "the body starts at rest: give its --start, or fit it with "
-                                    "--parameters ...,start");
   return COMMAND_DONE;
 }

@@ -10,6 +10,7 @@
 #include "config/message.h"
 #include "config/progress.h"
 #include "core/base/pi.h"
+#include "core/base/vec3.h"
 #include "driver/model/model_cut.h"
 #include "driver/model/model_meta.h"
 #include "driver/response/response_orbit.h"
@@ -96,7 +97,8 @@ static thrum_status see_targets(response_curve *c, const load_target *targets, t
   thrum_status status = THRUM_OK;
   for (int64_t n = 0; n < c->target_count && status >= 0; n++) {
     load_vertices at = {0};
-    status = config_error_in(error, load_target_find(c->shape, &targets[n], &at, error), "--at");
+    status = config_error_in(error, load_target_find(c->shape, &targets[n], &at, error), "%s",
+                             n < c->request->target_given ? "--at" : "--load");
     for (int64_t i = 0; i < rank && status >= 0; i++) {
       double mean[3] = {0, 0, 0};
       q[i] = 1;
@@ -182,6 +184,10 @@ thrum_status response_curve_open(const response_request *request, const thrum_mo
   const bool is_free = request->mode > 0;
   curve->from = request->from > 0 ? request->from : (is_free ? FREE_FROM : FORCED_FROM) * hertz;
   curve->to = request->to > 0 ? request->to : (is_free ? FREE_TO : FORCED_TO) * hertz;
+  if (!is_free && !damping_spec_given(&request->damping))
+    config_warn("nothing damps the body from %.4g to %.4g Hz: the resonance has no end, and the "
+                "curve follows it out of the range; give --damping-ratio or --q",
+                curve->from, curve->to);
   return THRUM_OK;
 }
 
@@ -346,14 +352,19 @@ static thrum_response_def def_of(const response_curve *c, bool stability) {
   return def;
 }
 
-/* The coordinate of the mode at which its furthest vertex is displaced by --amplitude. */
+/* The coordinate of the mode at which its furthest vertex is displaced by --amplitude, or by the
+ * longest side of the body, beyond which no backbone means anything. */
 static thrum_status bound_amplitude(const response_curve *c, thrum_response_def *def,
                                     thrum_error *error) {
-  if (!isfinite(c->request->amplitude) || def->mode < 0)
+  const thrum_model *shape = c->shape;
+  const bool given = isfinite(c->request->amplitude);
+  if (def->mode < 0 || (!given && (shape->basis == NULL || shape->vertices == NULL)))
     return THRUM_OK;
-  double q[THRUM_RANK_MAX] = {0};
-  THRUM_TRY(config_error_in(
-      error, thrum_mode_add(c->shape, def->mode, c->request->amplitude, q, error), "--amplitude"));
+  double q[THRUM_RANK_MAX] = {0}, amplitude = c->request->amplitude;
+  if (!given)
+    amplitude = thrum_box3_longest(shape->vertices, shape->vertex_count);
+  THRUM_TRY(
+      config_error_in(error, thrum_mode_add(shape, def->mode, amplitude, q, error), "--amplitude"));
   def->amplitude = fabs(q[def->mode]);
   return THRUM_OK;
 }
@@ -394,12 +405,33 @@ static thrum_status follow(response_curve *c, bool stability, thrum_error *error
   const double began = clock_seconds();
   THRUM_THEN(status, thrum_response(c->stepped, &def, start, workspace, size, keep_row, c,
                                     &c->report, error));
-  c->seconds = clock_seconds() - began;
+  c->seconds += clock_seconds() - began;
   free(workspace);
   free(start);
   if (status >= 0 && c->failure.status < 0 && error != NULL)
     *error = c->failure;
   return status >= 0 && c->failure.status < 0 ? c->failure.status : status;
+}
+
+/* Follows once more. A pass that is stopped short of the one before it leaves that one's rows. */
+static thrum_status follow_again(response_curve *c, int64_t harmonics_before, bool stability,
+                                 thrum_error *error) {
+  response_curve kept = *c;
+  c->rows = NULL;
+  c->coefficients = c->harmonic = c->peak = NULL;
+  c->count = c->room = 0;
+  const thrum_status status = follow(c, stability, error);
+  response_curve *dropped = &kept;
+  if (status >= 0 && c->report.end == THRUM_RESPONSE_END_STOPPED && c->count < kept.count) {
+    const response_curve cut = *c;
+    *c = kept;
+    c->seconds = cut.seconds;
+    c->report.end = THRUM_RESPONSE_END_STOPPED;
+    c->harmonics = harmonics_before;
+    kept = cut;
+  }
+  drop_rows(dropped);
+  return status;
 }
 
 /* The normal form of the mode in all coordinates, where the model has one. A first one says at
@@ -435,13 +467,15 @@ thrum_status response_curve_find(response_curve *curve, thrum_error *error) {
   const bool open = request->harmonics == 0;
   thrum_status status = find_form(curve, error);
   curve->harmonics = open ? HARMONICS_FIRST : request->harmonics;
+  int64_t before = curve->harmonics;
 
   // more harmonics while the last of them matter; that is looked for without stability
   for (bool enough = !open; !enough && status >= 0 && !thrum_stop_requested();) {
     char label[40];
     snprintf(label, sizeof label, "curve, %d harmonics", (int)curve->harmonics);
     config_progress_update(&progress, label, 0);
-    status = follow(curve, false, error);
+    status = follow_again(curve, before, false, error);
+    before = curve->harmonics;
     enough = curve->report.tail <= TAIL_MOST ||
              curve->harmonics + HARMONICS_MORE > THRUM_RESPONSE_HARMONICS_MAX;
     curve->harmonics += enough ? 0 : HARMONICS_MORE;
@@ -449,7 +483,7 @@ thrum_status response_curve_find(response_curve *curve, thrum_error *error) {
   }
   if (status >= 0 && (!open || request->stability)) {
     config_progress_update(&progress, request->stability ? "curve and stability" : "curve", 0);
-    status = follow(curve, request->stability, error);
+    status = follow_again(curve, before, request->stability, error);
     config_progress_end(&progress, status >= 0);
   }
   return status;

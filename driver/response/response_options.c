@@ -133,7 +133,7 @@ static const config_option options[] = {
                   "whether what follows has inertia and damping as it does; off: as in runs of "
                   "thrum simulate --condense",
                   AT(followers)),
-    OPTION_NUMBER("amplitude", "m", "no bound",
+    OPTION_NUMBER("amplitude", "m", "the longest side of the body",
                   "displacement of the vertex that moves furthest, of the first harmonic in the "
                   "mode alone, at which a backbone ends",
                   AT(amplitude), CONFIG_ABOVE(0)),
@@ -261,6 +261,7 @@ int response_options_read(int argc, char **argv, response_request *request) {
                                     "frequency of that motion");
   if (request->start_count > 0 && request->output == NULL)
     return config_usage("response", "--start writes into a folder: name it with -o");
+  request->target_given = request->target_count;
   if (request->target_count == 0)
     default_targets(request);
   return COMMAND_DONE;

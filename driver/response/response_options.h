@@ -24,8 +24,9 @@ typedef struct response_request {
   double step, tolerance; /* of the library */
   int64_t points_max, stability_steps;
   bool stability;
-  bool followers;  /* what follows has inertia and damping */
-  int64_t *starts; /* 1-based points whose state is written */
+  bool followers;       /* what follows has inertia and damping */
+  int64_t target_given; /* of the targets by --at; the others are those of the loads */
+  int64_t *starts;      /* 1-based points whose state is written */
   int64_t start_count;
   int64_t check; /* motions that the mesh is stepped on; 0: none; -1: as its size allows */
   bool no_check;

@@ -186,6 +186,9 @@ void response_report_table(const response_curve *curve, const response_worth *wo
          curve->count, hertz(curve->rows[0].point.omega),
          hertz(curve->rows[curve->count - 1].point.omega), thrum_response_end_name(report->end),
          curve->harmonics, report->tail);
+  if (request->mode == 0 && (request->from == 0 || request->to == 0))
+    printf("range        %.6g to %.6g Hz, as --from and --to are not both given\n", curve->from,
+           curve->to);
   const int64_t peak = peak_row(curve);
   if (peak >= 0)
     printf("peak         %.6g m at %s, %.6g Hz, point %" PRId64 "\n",
@@ -233,9 +236,6 @@ static int64_t twin_of(const thrum_model *model, int64_t mode) {
 void response_report_warn(const response_curve *curve, const response_worth *worth) {
   const response_request *request = curve->request;
   const double last = hertz(curve->rows[curve->count - 1].point.omega);
-  if (request->mode == 0 && !damping_spec_given(&request->damping))
-    config_warn("nothing damps the body: the resonance has no end, and the curve follows it out of "
-                "the range; give --damping-ratio or --q");
   const int64_t mode = request->mode - 1, twin = twin_of(curve->stepped, mode);
   if (twin >= 0)
     config_warn("modes %lld and %lld have one frequency to a thousandth: any mix of them begins at "

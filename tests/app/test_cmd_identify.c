@@ -151,10 +151,11 @@ static void what_does_not_show_takes_nothing_from_the_rest(void **state) {
                  "--time", "4", "--damping-ratio", "0.03", "--probe", "tip", "-o", "even", "-q",
                  NULL));
   keep_column(4, "z.csv");
-  cJSON *object = object_of(thrum_run(folder, "identify", "even.npz", "z.csv", "--start",
-                                      "mode:1,0.08", "--parameters", "E,damping-ratio,start",
-                                      "--ratios", "3", "--start-modes", "2", "--json", NULL),
-                            3);
+  cJSON *object =
+      object_of(thrum_run(folder, "identify", "even.npz", "z.csv", "--start", "mode:1,0.08",
+                          "--parameters", "E,damping-ratio,start", "--ratios", "3", "--start-modes",
+                          "2", "--dt", "0.002", "--json", NULL),
+                3);
   const struct {
     int place;
     const char *name;
@@ -214,14 +215,20 @@ static void bad_recordings_are_refused(void **state) {
   }
   static const struct {
     const char *option, *value, *says;
-  } uses[] = {{"--parameters", "E,nu", "E, damping-ratio, alpha, beta and start"},
-              {"--parameters", "E", "starts at rest"}};
+    int code;
+  } uses[] = {{"--parameters", "E,nu", "E, damping-ratio, alpha, beta and start", 2},
+              {"--parameters", "E", "starts at rest", 1}};
   for (size_t n = 0; n < sizeof uses / sizeof uses[0]; n++) {
     program_result run =
         thrum_run(folder, "identify", "beam.npz", "ring.csv", uses[n].option, uses[n].value, NULL);
-    assert_true(is_refusal(&run, 2, uses[n].says));
+    assert_true(is_refusal(&run, uses[n].code, uses[n].says));
     program_result_free(&run);
   }
+
+  // the file is looked at before anything else is asked for
+  program_result run = thrum_run(folder, "identify", "beam.npz", "none.csv", NULL);
+  assert_true(is_refusal(&run, 1, "none.csv"));
+  program_result_free(&run);
 }
 
 int main(void) {

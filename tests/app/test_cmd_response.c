@@ -172,8 +172,8 @@ static void a_curve_begins_on_the_branch_that_it_is_shown(void **state) {
   refuse(2, "goes with --from",
          thrum_run(folder, "response", "beam.npz", "--load", LOAD, "--start-from", start, NULL));
   refuse(1, "a state has 2 rows",
-         thrum_run(folder, "response", "beam.npz", "--load", LOAD, "--from", "90", "--start-from",
-                   "upper/coefficients.npy", "-q", NULL));
+         thrum_run(folder, "response", "beam.npz", "--load", LOAD, "--q", "50", "--from", "90",
+                   "--start-from", "upper/coefficients.npy", "-q", NULL));
 }
 
 /* The tip of a bending bar without Poisson's effect swings by F phi^2 / (2 zeta omega^2), phi^2 = 4
@@ -273,6 +273,16 @@ static void a_backbone_ends_at_its_amplitude(void **state) {
   cJSON_Delete(object);
 }
 
+static void a_backbone_ends_at_the_size_of_the_body(void **state) {
+  (void)state;
+  cJSON *object = object_of(thrum_run(folder, "response", "bar.npz", "--mode", "1", "--harmonics",
+                                      "5", "--stability", "off", "--no-check", "--json", NULL),
+                            0);
+  assert_string_equal(cJSON_GetObjectItemCaseSensitive(object, "end")->valuestring, "amplitude");
+  assert_true(json_value(object, "peak_m") > 0.9 && json_value(object, "peak_m") < 1.5);
+  cJSON_Delete(object);
+}
+
 static void a_mesh_that_misses_its_orbit_flags_the_curve(void **state) {
   (void)state;
   cJSON *object =
@@ -309,6 +319,8 @@ static void bad_input_is_one_line(void **state) {
          thrum_run(folder, "response", "beam.npz", "--mode", "1", "--from", "0", NULL));
   refuse(1, "coordinates that move",
          thrum_run(folder, "response", "beam.npz", "--mode", "4", NULL));
+  refuse(1, "--load: ",
+         thrum_run(folder, "response", "beam.npz", "--load", "sine:0,0,1@nowhere", "-q", NULL));
   refuse(1, "moves nothing",
          thrum_run(folder, "response", "beam.npz", "--load", "sine:0,0,1@near:0,0,0", "-q", NULL));
   refuse(1, "curve has points",
@@ -326,6 +338,7 @@ int main(void) {
       cmocka_unit_test(cubature_points_have_the_curve_of_the_polynomial),
       cmocka_unit_test(a_sharp_resonance_of_a_harmonic_does_not_lose_the_curve),
       cmocka_unit_test(a_backbone_ends_at_its_amplitude),
+      cmocka_unit_test(a_backbone_ends_at_the_size_of_the_body),
       cmocka_unit_test(a_mesh_that_misses_its_orbit_flags_the_curve),
       cmocka_unit_test(bad_input_is_one_line),
   };
