@@ -49,6 +49,8 @@ static size_t lay(thrum_tape *tape, const thrum_model *model, int64_t steps,
                       {&tape->q, points * r},
                       {&tape->p, points * r},
                       {&tape->force, points * r},
+                      {&tape->end_q, r},
+                      {&tape->end_p, r},
                       {&s->start.force, r},
                       {&s->start.tangent, r * r},
                       {&s->end.force, r},
@@ -172,6 +174,7 @@ thrum_status thrum_tape_start(const thrum_model *model, thrum_tape *tape, thrum_
   // the start is as it was given
   const size_t vector = (size_t)tape->rank * sizeof(double);
   thrum_step_equation_get(model, state, &equation, tape->kappa, tape->nu, tape->damping, NULL);
+  thrum_state_get(model, state, tape->end_q, tape->end_p, NULL);
   for (int64_t i = 0; i < tape->rank; i++) {
     tape->q[i] = q ? q[i] : 0.0;
     tape->p[i] = p ? p[i] : 0.0;
@@ -190,6 +193,20 @@ static int64_t divided_steps(const thrum_state *state) {
   return report.substep_steps + report.energy_steps + report.switched_steps;
 }
 
+/* Is the state where the tape ends? Another one, or one that was stepped elsewhere, is not. */
+static thrum_status check_place(const thrum_model *model, const thrum_tape *tape,
+                                thrum_state *state, thrum_error *error) {
+  const size_t vector = (size_t)tape->rank * sizeof(double);
+  THRUM_TRY(thrum_state_get(model, state, tape->change[0], tape->change[1], error));
+  if (memcmp(tape->change[0], tape->end_q, vector) != 0 ||
+      memcmp(tape->change[1], tape->end_p, vector) != 0)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "the state is not where step %lld of the tape ended: a tape has the "
+                           "steps of one state, and all of them",
+                           (long long)tape->count);
+  return THRUM_OK;
+}
+
 thrum_status thrum_tape_step(const thrum_model *model, thrum_tape *tape, thrum_state *state,
                              const double *force, thrum_error *error) {
   THRUM_TRY(thrum_tape_check(model, tape, error));
@@ -203,6 +220,7 @@ thrum_status thrum_tape_step(const thrum_model *model, thrum_tape *tape, thrum_s
                            "dt was changed from %g to %g s; all steps of a tape have one",
                            tape->step.equation.dt, equation.dt);
 
+  THRUM_TRY(check_place(model, tape, state, error));
   const int64_t divided = divided_steps(state);
   THRUM_TRY(thrum_state_set_force(model, state, force, error));
   const thrum_status status = thrum_step(model, state, error);
@@ -212,6 +230,8 @@ thrum_status thrum_tape_step(const thrum_model *model, thrum_tape *tape, thrum_s
   const int64_t r = tape->rank, next = tape->count + 1;
   THRUM_TRY(thrum_state_get(model, state, tape->q + next * r, tape->p + next * r, error));
   THRUM_TRY(thrum_step_equation_get(model, state, &equation, NULL, NULL, NULL, error));
+  memcpy(tape->end_q, tape->q + next * r, (size_t)r * sizeof(double));
+  memcpy(tape->end_p, tape->p + next * r, (size_t)r * sizeof(double));
   for (int64_t i = 0; i < r; i++)
     tape->force[next * r + i] = force ? force[i] : 0.0;
   tape->form[tape->count] =

@@ -14,6 +14,7 @@ struct thrum_tape {
   bool started;
   double *kappa, *nu, *damping; /* rank each */
   double *q, *p;                /* (most + 1) x rank */
+  double *end_q, *end_p;        /* rank each: of the state that it records, as that has them */
   double *force;                /* (most + 1) x rank: none, then that of each step */
   int32_t *form;                /* of each step, or THRUM_TAPE_DIVIDED */
 

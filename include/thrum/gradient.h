@@ -66,7 +66,8 @@ THRUM_API thrum_status thrum_tape_start(const thrum_model *model, thrum_tape *ta
 
 /* Sets the force of the step (rank; NULL: none) [kg^1/2 m/s^2], makes it, and records it. Returns
  * what thrum_step does; the tape keeps no step that fails. THRUM_BUFFER_TOO_SMALL where the tape is
- * full, THRUM_UNSUPPORTED where dt was changed since the start. */
+ * full, THRUM_UNSUPPORTED where dt was changed since the start, THRUM_INVALID_ARGUMENT for a state
+ * that is not where the tape ends. */
 THRUM_API thrum_status thrum_tape_step(const thrum_model *model, thrum_tape *tape,
                                        thrum_state *state, const double *force, thrum_error *error);
 

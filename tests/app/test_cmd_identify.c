@@ -163,8 +163,8 @@ static void what_does_not_show_takes_nothing_from_the_rest(void **state) {
   } seen[] = {{0, "E", 1e6}, {1, "damping ratio of mode 1", 0.03}};
   for (int n = 0; n < 2; n++) {
     const cJSON *item = parameter(object, seen[n].place, seen[n].name);
-    assert_true(fabs(json_value(item, "value") / seen[n].truth - 1) < 1e-3);
-    assert_true(json_value(item, "deviation") < 1e-3 * seen[n].truth);
+    assert_true(fabs(json_value(item, "value") / seen[n].truth - 1) < 5e-3);
+    assert_true(json_value(item, "deviation") < 5e-3 * seen[n].truth);
   }
   const cJSON *ratio = parameter(object, 2, "damping ratio of mode 2");
   const cJSON *start = parameter(object, 5, "start q2");

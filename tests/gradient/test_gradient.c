@@ -608,6 +608,29 @@ static void a_divided_step_is_not_passed(void **context) {
   random_model_free(&body);
 }
 
+/* A tape has the steps of one state, and all of them. */
+static void a_state_that_is_elsewhere_is_not_recorded(void **context) {
+  (void)context;
+  random_model body;
+  random_model_make(&body, 4, RANK, 20, 200, 1);
+  const thrum_model *model = &body.model;
+  const thrum_state_def def = thrum_default_state_def();
+  thrum_state *state = state_make(model, &def), *second = state_make(model, &def);
+  thrum_tape *tape = NULL;
+  double q[RANK] = {0.01};
+  assert_int_equal(thrum_tape_create(model, 3, &tape, NULL), THRUM_OK);
+  assert_int_equal(thrum_tape_start(model, tape, state, q, NULL, NULL), THRUM_OK);
+  assert_int_equal(thrum_tape_step(model, tape, second, NULL, NULL), THRUM_INVALID_ARGUMENT);
+  assert_true(thrum_tape_step(model, tape, state, NULL, NULL) >= 0);
+  assert_true(thrum_step(model, state, NULL) >= 0);
+  assert_int_equal(thrum_tape_step(model, tape, state, NULL, NULL), THRUM_INVALID_ARGUMENT);
+  assert_int_equal(thrum_tape_steps(tape), 1);
+  thrum_tape_destroy(tape);
+  state_free(state);
+  state_free(second);
+  random_model_free(&body);
+}
+
 static void bad_calls_are_refused(void **context) {
   (void)context;
   random_model body, other;
@@ -669,6 +692,7 @@ int main(void) {
       cmocka_unit_test(a_rest_has_the_gradient_of_its_solutions),
       cmocka_unit_test(what_has_no_gradient_is_refused),
       cmocka_unit_test(a_divided_step_is_not_passed),
+      cmocka_unit_test(a_state_that_is_elsewhere_is_not_recorded),
       cmocka_unit_test(bad_calls_are_refused),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
