@@ -3,12 +3,11 @@
 #include "app/check_report.h"
 
 #include <cjson/cJSON.h>
-#include <inttypes.h>
 #include <stdint.h>
-#include <stdio.h>
 
 #include "driver/model/mesh_warnings.h"
 #include "io/json.h"
+#include "io/report.h"
 #include "mesh/mesh_flags.h"
 #include "mesh/mesh_groups.h"
 #include "mesh/mesh_thickness.h"
@@ -37,102 +36,6 @@ static int64_t file_number(const thrum_mesh *mesh, int32_t v) {
   return mesh->file_number ? mesh->file_number[place] : place + 1;
 }
 
-static void print_worst(const thrum_mesh *mesh, const thrum_mesh_examined *e) {
-  for (int i = 0; i < THRUM_EXAMINE_WORST && e->worst[i] >= 0; i++) {
-    const int32_t *v = mesh->tets + 4 * e->worst[i];
-    printf("%-18stet %" PRId64 ", mean ratio %.3f, vertices %" PRId64 " %" PRId64 " %" PRId64
-           " %" PRId64 "\n",
-           i == 0 ? "worst" : "", e->worst[i] + 1, e->worst_ratio[i], file_number(mesh, v[0]),
-           file_number(mesh, v[1]), file_number(mesh, v[2]), file_number(mesh, v[3]));
-  }
-}
-
-static void print_surface(const thrum_mesh_examined *e) {
-  printf("%-18s%" PRId64 " triangles in %" PRId64 " closed surface%s", "surface",
-         e->surface_triangles, e->surfaces, e->surfaces == 1 ? "" : "s");
-  if (e->genus >= 0)
-    printf(", %" PRId64 " hole%s through the body", e->genus, e->genus == 1 ? "" : "s");
-  puts("");
-}
-
-/* The materials of the regions, with the names of those where there are several. */
-static void print_regions(const thrum_mesh *mesh) {
-  if (!mesh->has_material)
-    printf("%-18s%" PRId64 ", no materials in the file\n", "regions", mesh->region_count);
-  for (int64_t i = 0; i < mesh->region_count; i++) {
-    if (!mesh->has_material && mesh->region_count == 1)
-      return;
-    printf("%-18s", i == 0 && mesh->has_material ? "materials" : "");
-    if (mesh->region_count > 1)
-      printf("%s%s", thrum_mesh_region_text(mesh, i).text, mesh->has_material ? ": " : "\n");
-    if (mesh->has_material)
-      printf("E = %g Pa, nu = %g, rho = %g kg/m^3\n", mesh->materials[i].young,
-             mesh->materials[i].poisson, mesh->materials[i].density);
-  }
-}
-
-static void print_groups(const thrum_mesh *mesh) {
-  for (int64_t g = 0; g < mesh->group_count; g++)
-    printf("%-18s%s, %" PRId64 " %s\n", g == 0 ? "groups" : "", mesh->groups[g].name,
-           mesh->groups[g].count, mesh->groups[g].count == 1 ? "vertex" : "vertices");
-  print_regions(mesh);
-}
-
-/* Says how much too stiff linear tetrahedra make a thickness in bending. */
-static void print_thickness(const thrum_mesh *mesh, const thrum_mesh_examined *e) {
-  const bool most = e->cells_across >= THRUM_THICKNESS_CELLS_MAX;
-  printf("%-18s%.2g cell%s%s over the thickness of the thinnest quarter", "thickness",
-         e->cells_across, e->cells_across == 1 ? "" : "s", most ? " or more" : "");
-  if (mesh->solid_count == 0 && !mesh->midsides && e->cells_across < BENDING_CELLS)
-    printf(
-        ": bending frequencies there come out about %.0f %% too high, by a rule of thumb that is "
-        "within three times; --order 2 mends that",
-        100 * thrum_bending_error(e->cells_across));
-  printf("\n");
-}
-
-void check_report_print(const char *name, const thrum_mesh *mesh, const thrum_mesh_examined *e,
-                        unsigned flags) {
-  // what the reader has made of the file, then size and place
-  printf("%-18s%s\n", "mesh", name);
-  for (int64_t n = 0; n < mesh->note_count; n++)
-    printf("%-18s%s\n", n == 0 ? "read" : "", mesh->notes[n].text);
-  printf("%-18s%" PRId64 " vertices (%" PRId64 " inside), %" PRId64 " tetrahedra, %" PRId64
-         " piece%s\n",
-         "size", mesh->vertex_count, e->interior_vertices, mesh->tet_count, e->pieces,
-         e->pieces == 1 ? "" : "s");
-  if (mesh->solid_count > 0)
-    printf("%-18s%s, whose shape the tetrahedra are\n", "elements",
-           thrum_solid_count_words(mesh->solid_form, mesh->solid_count).text);
-  printf("%-18s%.6g m^3", "body", e->volume);
-  if (mesh->has_material)
-    printf(", %.6g kg", e->mass);
-  printf("\n%-18s[%.4g, %.4g] x [%.4g, %.4g] x [%.4g, %.4g] m\n", "box", e->box_min[0],
-         e->box_max[0], e->box_min[1], e->box_max[1], e->box_min[2], e->box_max[2]);
-
-  // edges, surface and shape of the elements
-  printf("%-18s%.4g to %.4g m\n", "edges", e->edge_min, e->edge_max);
-  print_surface(e);
-  printf("%-18smean ratio %.3f on average, %.3f at least\n", "quality", e->ratio_mean,
-         e->ratio_min);
-
-  // only bins with elements in them
-  for (int b = 0; b < THRUM_EXAMINE_BINS; b++)
-    if (e->histogram[b] > 0)
-      printf("%-18s%.1f to %.1f: %" PRId64 "\n", "", b / 10.0, (b + 1) / 10.0, e->histogram[b]);
-  print_worst(mesh, e);
-  print_thickness(mesh, e);
-  print_groups(mesh);
-
-  // what is probably a mistake, with what to do about it
-  for (int i = 0; i < FLAG_COUNT; i++) {
-    char line[300];
-    if (flags & ALL_FLAGS[i])
-      printf("%-18s%s\n", "flagged",
-             thrum_mesh_flag_line(mesh, e, (thrum_examine_flag)ALL_FLAGS[i], line));
-  }
-}
-
 static void add_flags(cJSON *object, const thrum_mesh *mesh, const thrum_mesh_examined *e,
                       unsigned flags) {
   cJSON *list = cJSON_AddArrayToObject(object, "flags");
@@ -151,6 +54,14 @@ static void add_flags(cJSON *object, const thrum_mesh *mesh, const thrum_mesh_ex
   }
 }
 
+/* The numbers of the vertices of a tet in the file. */
+static void add_vertices(cJSON *object, const thrum_mesh *mesh, const int32_t tet[4]) {
+  double numbers[4];
+  for (int k = 0; k < 4; k++)
+    numbers[k] = (double)file_number(mesh, tet[k]);
+  json_numbers(object, "vertices", numbers, 4);
+}
+
 static void add_lists(cJSON *object, const thrum_mesh *mesh, const thrum_mesh_examined *e) {
   cJSON *histogram = cJSON_AddArrayToObject(object, "quality_histogram");
   for (int b = 0; b < THRUM_EXAMINE_BINS; b++)
@@ -162,6 +73,7 @@ static void add_lists(cJSON *object, const thrum_mesh *mesh, const thrum_mesh_ex
     cJSON *tet = json_add_row(worst);
     json_number(tet, "tet", (double)(e->worst[i] + 1));
     json_number(tet, "ratio", e->worst_ratio[i]);
+    add_vertices(tet, mesh, mesh->tets + 4 * e->worst[i]);
   }
 
   cJSON *groups = cJSON_AddArrayToObject(object, "groups");
@@ -181,6 +93,8 @@ static void add_lists(cJSON *object, const thrum_mesh *mesh, const thrum_mesh_ex
   cJSON *materials = cJSON_AddArrayToObject(object, "materials");
   for (int64_t i = 0; i < mesh->region_count && mesh->has_material; i++) {
     cJSON *material = json_add_row(materials);
+    if (mesh->region_count > 1)
+      json_string(material, "region", thrum_mesh_region_text(mesh, i).text);
     json_number(material, "young_pa", mesh->materials[i].young);
     json_number(material, "poisson", mesh->materials[i].poisson);
     json_number(material, "density_kg_m3", mesh->materials[i].density);
@@ -224,7 +138,10 @@ cJSON *check_report_object(const char *name, const thrum_mesh *mesh, const thrum
   for (size_t i = 0; i < sizeof numbers / sizeof *numbers; i++)
     json_number(object, numbers[i].key, numbers[i].value);
 
-  // numbers that some meshes have
+  // what some meshes have
+  if (mesh->solid_count > 0)
+    json_string(object, "elements",
+                thrum_solid_count_words(mesh->solid_form, mesh->solid_count).text);
   if (mesh->has_material)
     json_number(object, "mass_kg", e->mass);
   if (e->genus >= 0)
@@ -235,4 +152,70 @@ cJSON *check_report_object(const char *name, const thrum_mesh *mesh, const thrum
   add_lists(object, mesh, e);
   add_flags(object, mesh, e, flags);
   return object;
+}
+
+static const report_line lines[] = {
+    // what the reader has made of the file, then size and place
+    REPORT_LINE("mesh", "{mesh}"),
+    REPORT_LINE("read", "{}", .each = "notes", .once = true),
+    REPORT_LINE("size", "{vertices} vertices ({interior_vertices} inside), {tets} tetrahedra, "
+                        "{pieces} piece{pieces#|s}"),
+    REPORT_LINE("elements", "{elements}, whose shape the tetrahedra are"),
+    REPORT_LINE("body", "{volume_m3:.6g} m^3[, {mass_kg:.6g} kg]"),
+    REPORT_LINE("box", REPORT_BOX),
+
+    // edges, surface and shape of the elements
+    REPORT_LINE("edges", "{edge_min_m:.4g} to {edge_max_m:.4g} m"),
+    REPORT_LINE("surface", "{surface_triangles} triangles in {surfaces} closed surface{surfaces#|s}"
+                           "[, {genus} hole{genus#|s} through the body]"),
+    REPORT_LINE("quality", "mean ratio {ratio_mean:.3f} on average, {ratio_min:.3f} at least"),
+    REPORT_LINE("", "{from:.1f} to {to:.1f}: {tets}", .each = "bins"),
+    REPORT_LINE("worst",
+                "tet {tet}, mean ratio {ratio:.3f}, vertices {vertices.0} {vertices.1} "
+                "{vertices.2} {vertices.3}",
+                .each = "worst_tets", .once = true),
+    REPORT_LINE("thickness",
+                "{cells_across:.2g} cell{cells_across#|s}{thick? or more} over the thickness of "
+                "the thinnest quarter{bends?: bending frequencies there come out about "
+                "{bending_error:.0f%} too high, by a rule of thumb that is within three times; "
+                "--order 2 mends that}"),
+
+    // the materials of the regions, with the names of those where there are several
+    REPORT_LINE("groups", "{name}, {vertices} {vertices#vertex|vertices}", .each = "groups",
+                .once = true),
+    REPORT_LINE("regions", "{regions}, no materials in the file", .when = "!materials"),
+    REPORT_LINE("", "{}", .each = "region_names", .when = "bare"),
+    REPORT_LINE("materials",
+                "[{region}: ]E = {young_pa:g} Pa, nu = {poisson:g}, rho = {density_kg_m3:g} kg/m^3",
+                .each = "materials", .once = true),
+
+    // what is probably a mistake, with what to do about it; and of a mesh that was made, by what
+    REPORT_LINE("flagged", "{message}", .each = "flags"),
+    REPORT_LINE("made by", "{tool}, from {surface}"),
+    {0}};
+
+void check_report_show(cJSON *report, bool json) {
+  const cJSON *materials = cJSON_GetObjectItemCaseSensitive(report, "materials");
+  const cJSON *histogram = cJSON_GetObjectItemCaseSensitive(report, "quality_histogram");
+  const double cells = json_number_of(report, "cells_across");
+  cJSON *more = cJSON_CreateObject();
+  cJSON_AddBoolToObject(more, "thick", cells >= THRUM_THICKNESS_CELLS_MAX);
+  const bool linear = json_text_of(report, "elements") == NULL;
+  cJSON_AddBoolToObject(more, "bends",
+                        linear && json_number_of(report, "order") == 1 && cells < BENDING_CELLS);
+  cJSON_AddBoolToObject(
+      more, "bare", cJSON_GetArraySize(materials) == 0 && json_number_of(report, "regions") > 1);
+
+  // only bins with elements in them
+  cJSON *bins = cJSON_AddArrayToObject(more, "bins");
+  for (int b = 0; b < THRUM_EXAMINE_BINS; b++) {
+    const double tets = json_value(cJSON_GetArrayItem(histogram, b));
+    if (!(tets > 0))
+      continue;
+    cJSON *row = json_add_row(bins);
+    json_number(row, "from", b / 10.0);
+    json_number(row, "to", (b + 1) / 10.0);
+    json_number(row, "tets", tets);
+  }
+  report_show(report, more, json, REPORT_LABEL_WIDE, lines);
 }

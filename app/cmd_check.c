@@ -7,7 +7,6 @@
 #include "config/options.h"
 #include "driver/make/named_model.h"
 #include "driver/spec/shared_options.h"
-#include "io/json.h"
 #include "mesh/formats/mesh_read.h"
 #include "mesh/mesh_flags.h"
 
@@ -73,10 +72,8 @@ int cmd_check(int argc, char **argv) {
     flags = thrum_mesh_flags(&mesh, &examined);
     if (thrum_mesh_unit_is_said(&request.reading))
       flags &= ~(unsigned)THRUM_EXAMINE_UNITS;
-    if (request.json)
-      json_print(check_report_object(request.mesh_name, &mesh, &examined, flags));
-    else
-      check_report_print(request.mesh_name, &mesh, &examined, flags);
+    check_report_show(check_report_object(request.mesh_name, &mesh, &examined, flags),
+                      request.json);
   }
 
   thrum_mesh_free(&mesh);

@@ -225,11 +225,6 @@ static void warn_unit(const mesh_request *request, const mesh_work *work) {
 static void print_results(const mesh_request *request, const mesh_work *work) {
   const char *tool = mesh_tool_names[work->tool];
   const bool flagged = work->flags != 0 || work->other_volume;
-  if (!request->json) {
-    check_report_print(request->output, &work->mesh, &work->examined, work->flags);
-    printf("%-18s%s, from %s\n", "made by", tool, request->surface);
-    return;
-  }
 
   // the object of `thrum check` with the surface added
   cJSON *object = check_report_object(request->output, &work->mesh, &work->examined, work->flags);
@@ -245,7 +240,7 @@ static void print_results(const mesh_request *request, const mesh_work *work) {
   json_number(repairs, "split_triangles", (double)work->repairs.split);
   json_number(repairs, "repeated_triangles", (double)work->repairs.twice);
   json_number(repairs, "empty_pairs", (double)work->repairs.walls);
-  json_print(object);
+  check_report_show(object, request->json);
 }
 
 static thrum_status make_mesh(const mesh_request *request, mesh_work *work, thrum_error *error) {

@@ -9,6 +9,7 @@
 #include <string.h>
 
 #include "config/message.h"
+#include "driver/model/basis_estimate.h"
 #include "driver/record/run_entries.h"
 #include "driver/record/run_read.h"
 #include "io/json.h"
@@ -21,18 +22,6 @@ typedef struct recorded {
   const cJSON *bodies; /* of a scene */
   char missing[400];   /* what it cannot be played without, as a sentence; "": nothing */
 } recorded;
-
-/* A text that is safe to print; "?" where the item is none. */
-static const char *safe_text(const cJSON *item, char text[300]) {
-  snprintf(text, 300, "%s", cJSON_IsString(item) ? item->valuestring : "?");
-  config_one_line(text);
-  return text;
-}
-
-/* The same of a text of the report. */
-static const char *text_of(const cJSON *object, const char *key, char text[300]) {
-  return safe_text(cJSON_GetObjectItemCaseSensitive(object, key), text);
-}
 
 static bool is_full(const cJSON *report) {
   const cJSON *options = cJSON_GetObjectItemCaseSensitive(report, "options");
@@ -80,33 +69,22 @@ static const cJSON *warnings_of(const cJSON *report) {
   return cJSON_IsArray(raised) ? raised : NULL;
 }
 
-/* Says how far the basis of a run, or of a body of that name in it, has it wrong. */
-static void print_estimate(const char *body, const cJSON *report) {
-  char text[RECORDED_ERROR_MAX];
-  if (recorded_error_text(report, "", text)[0] != 0)
-    printf("%-18s%s%s%s\n", "error", body, body[0] != 0 ? ": " : "", text);
-}
+#define BODY "{body?{body}: }"
 
-/* Says what the monitor of a run, or of a body of that name in it, warned of, and the least
- * stretch. */
-static void print_warnings(const char *body, const cJSON *report) {
-  const cJSON *raised = warnings_of(report), *item = NULL;
-  print_estimate(body, report);
-  if (cJSON_GetArraySize(raised) == 0)
-    return;
-  printf("%-18s%s%s", "warnings", body, body[0] != 0 ? ": " : "");
-  cJSON_ArrayForEach(item, raised) {
-    char text[300];
-    printf("%s%s", item == raised->child ? "" : ", ", safe_text(item, text));
-  }
-
-  // a stretch below 0 is that of a tetrahedron turned inside out
-  const cJSON *monitor = cJSON_GetObjectItemCaseSensitive(report, "monitor");
-  const double stretch = json_number_of(monitor, "least_stretch");
-  if (!isnan(stretch))
-    printf("; least stretch %.3g", stretch);
-  puts("");
-}
+/* What speaks against believing a run, or a body of that name in it: why it ended with its status,
+ * how far its basis has it wrong, what the monitor warned of. A stretch below 0 is that of a
+ * tetrahedron turned inside out. */
+static const report_line doubts[] = {
+    REPORT_LINE("",
+                BODY "{fallback_steps} step{fallback_steps#|s} needed "
+                     "{options.full?to be taken as several shorter ones|a fallback beyond "
+                     "quasi-Newton}",
+                .when = "status=fell_back"),
+    REPORT_LINE("", BODY "{shares}", .when = "status=condensed_wrong"),
+    REPORT_LINE("error", BODY BASIS_ESTIMATE_WRONG " by the basis" BASIS_ESTIMATE_WITHIN),
+    REPORT_LINE("warnings", BODY "{monitor.warnings}[; least stretch {monitor.least_stretch:.3g}]",
+                .when = "monitor.warnings"),
+    {0}};
 
 /* The folder of a body of a scene has the body's name. */
 static void name_body(const recorded *run, const cJSON *body, recorded_path folder) {
@@ -145,58 +123,43 @@ static void find_missing(recorded *run) {
     snprintf(run->missing, sizeof run->missing, "%s", error.message);
 }
 
-/* Says which shares of a condensed run speak against believing it, where they are above 0. */
-static void print_shares(const cJSON *report) {
-  static const char *const shares[][2] = {
-      {"inertia_share", "of the kinetic energy in what follows"},
-      {"energy_defect", "of the strain energy wrong"},
-      {"vibration_share", "of the motion is vibration left out"},
-      {"impact_share", "of it off after impacts"},
-  };
+/* The shares of a condensed run that speak against believing it: those above 0, with commas. */
+static void add_shares(cJSON *more, const cJSON *report) {
+  static const char *const keys[] = {"inertia_share", "energy_defect", "vibration_share",
+                                     "impact_share"};
+  static const char *const words[] = {
+      "of the kinetic energy in what follows", "of the strain energy wrong",
+      "of the motion is vibration left out", "of it off after impacts"};
   const cJSON *condensed = cJSON_GetObjectItemCaseSensitive(report, "condensed");
-
-  // all on one line, where a comma comes before each but the first that is printed
-  const char *comma = "";
-  for (size_t n = 0; n < sizeof shares / sizeof shares[0]; n++) {
-    const double share = json_number_of(condensed, shares[n][0]);
-    if (!(share > 0))
-      continue;
-    printf("%s%.2g %% %s", comma, 100 * share, shares[n][1]);
-    comma = ", ";
+  cJSON *shares = cJSON_AddArrayToObject(more, "shares");
+  for (int n = 0; n < 4; n++) {
+    char text[120];
+    const double share = json_number_of(condensed, keys[n]);
+    snprintf(text, sizeof text, "%.2g %% %s", 100 * share, words[n]);
+    if (share > 0)
+      json_add_string(shares, text);
   }
-  puts("");
 }
 
-/* Says why a run, or a body of that name in it, ended with this status, where its figures do. */
-static void print_reason(const char *body, const cJSON *report) {
-  const char *status = json_text_of(report, "status");
-  const char *colon = body[0] != 0 ? ": " : "";
-  const double steps = json_number_of(report, "fallback_steps");
-  if (status != NULL && strcmp(status, "fell_back") == 0 && steps > 0)
-    printf("%-18s%s%s%.15g step%s needed %s\n", "", body, colon, steps, steps == 1 ? "" : "s",
-           is_full(report) ? "to be taken as several shorter ones"
-                           : "a fallback beyond quasi-Newton");
-  if (status != NULL && strcmp(status, "condensed_wrong") == 0) {
-    printf("%-18s%s%s", "", body, colon);
-    print_shares(report);
-  }
+static void print_doubts_of(const char *body, const cJSON *report) {
+  cJSON *more = cJSON_CreateObject();
+  json_string(more, "body", body);
+  add_shares(more, report);
+  report_print(report, more, REPORT_LABEL_WIDE, doubts);
+  cJSON_Delete(more);
 }
 
 /* Says what speaks against believing a run. */
 static void print_doubts(const recorded *run) {
-  if (!run->scene) {
-    print_reason("", run->report);
-    print_warnings("", run->report);
-  }
+  if (!run->scene)
+    print_doubts_of(NULL, run->report);
 
   // bodies of scenes have their own in the reports of their folders
   const cJSON *body = NULL;
   cJSON_ArrayForEach(body, run->bodies) {
-    char name[300];
     cJSON *report = report_of_body(run, body);
-    text_of(body, "name", name);
-    print_reason(name, report);
-    print_warnings(name, report);
+    const char *name = json_text_of(body, "name");
+    print_doubts_of(name != NULL ? name : "?", report);
     cJSON_Delete(report);
   }
 }

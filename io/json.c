@@ -47,11 +47,14 @@ void json_number(cJSON *object, const char *key, double value) {
   cJSON_AddItemToObject(object, key, json_number_item(value));
 }
 
-double json_number_of(const cJSON *object, const char *key) {
-  const cJSON *item = cJSON_GetObjectItemCaseSensitive(object, key);
+double json_value(const cJSON *item) {
   if (cJSON_IsNumber(item))
     return item->valuedouble;
   return cJSON_IsRaw(item) ? strtod(item->valuestring, NULL) : NAN;
+}
+
+double json_number_of(const cJSON *object, const char *key) {
+  return json_value(cJSON_GetObjectItemCaseSensitive(object, key));
 }
 
 const char *json_text_of(const cJSON *object, const char *key) {

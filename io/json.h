@@ -21,6 +21,8 @@ void json_number(cJSON *object, const char *key, double value);
 /* A number of an object, as it was added here or read from a file; NaN where it is null or is not
  * there. */
 double json_number_of(const cJSON *object, const char *key);
+/* The same of an item, which may be NULL. */
+double json_value(const cJSON *item);
 /* Such a text; NULL where there is none. */
 const char *json_text_of(const cJSON *object, const char *key);
 /* Makes the item of a number, for an array. */

@@ -62,19 +62,12 @@ static const cJSON *find(const scopes *in, const char *key) {
   return item == NULL || cJSON_IsNull(item) ? NULL : item;
 }
 
-/* The number of an item; NaN where it is none. */
-static double number_of(const cJSON *item) {
-  if (cJSON_IsNumber(item))
-    return item->valuedouble;
-  return cJSON_IsRaw(item) ? strtod(item->valuestring, NULL) : NAN;
-}
-
 static bool is_true(const cJSON *item) {
   if (item == NULL || cJSON_IsBool(item))
     return cJSON_IsTrue(item);
   if (cJSON_IsString(item))
     return item->valuestring[0] != 0;
-  return cJSON_IsArray(item) || cJSON_IsObject(item) ? item->child != NULL : number_of(item) != 0;
+  return cJSON_IsArray(item) || cJSON_IsObject(item) ? item->child != NULL : json_value(item) != 0;
 }
 
 static bool holds(const scopes *in, const char *condition) {
@@ -114,12 +107,12 @@ static void put_value(made *m, const cJSON *item, const char *format) {
   char own[WORD_BYTES], padded[TEXT_BYTES];
   const size_t length = strlen(format);
   if (length > 0 && format[length - 1] != 's') {
-    put_number(m, number_of(item), format);
+    put_number(m, json_value(item), format);
     return;
   }
 
   // texts, and numbers with their digits
-  snprintf(own, sizeof own, "%.15g", number_of(item));
+  snprintf(own, sizeof own, "%.15g", json_value(item));
   const char *said = cJSON_IsString(item) ? item->valuestring : own;
   if (length > 0) {
     snprintf(padded, sizeof padded, "%*s", atoi(format), said);
@@ -157,7 +150,7 @@ static bool fill_braces(made *m, const scopes *in, const char *inside) {
   snprintf(key, sizeof key, "%.*s", (int)length, inside);
   const cJSON *item = mark == '?' ? NULL : find(in, key);
   if (mark == '?' || (mark == '#' && item != NULL))
-    return fill_either(m, in, rest, mark == '?' ? holds(in, key) : number_of(item) == 1);
+    return fill_either(m, in, rest, mark == '?' ? holds(in, key) : json_value(item) == 1);
 
   // what stands in the place of a value that is missing
   const size_t bar = mark == '|' ? 0 : span(rest, "|");
@@ -221,33 +214,48 @@ bool report_text(const cJSON *report, const cJSON *more, const char *text, char 
   return text_in(&(scopes){{NULL, more, report}}, text, into, size);
 }
 
-static void print_line(const scopes *in, int width, const report_line *line) {
+/* Prints a line, or returns false where it is left out. */
+static bool print_line(const scopes *in, int width, const report_line *line, bool first) {
   char label[TEXT_BYTES], text[LINE_BYTES];
   if (line->when != NULL && !holds(in, line->when))
-    return;
+    return false;
   if (!text_in(in, line->label, label, sizeof label) || !text_in(in, line->text, text, sizeof text))
-    return;
+    return false;
 
   // a value may be of a file from elsewhere, and hold anything
   thrum_plain_text(label);
   thrum_plain_text(text);
-  printf("%-*s%s\n", width, label, text);
+  printf("%-*s%s\n", width, line->once && !first ? "" : label, text);
+  return true;
+}
+
+/* The same line of each item, whose keys come before those of the report. */
+static void print_each(scopes in, const char *each, int width, const report_line *line) {
+  const cJSON *item = NULL, *list = find(&in, each);
+  bool first = true;
+  cJSON_ArrayForEach(item, list) {
+    in.of[0] = item;
+    first = !print_line(&in, width, line, first) && first;
+  }
 }
 
 void report_print(const cJSON *report, const cJSON *more, int width, const report_line *lines) {
-  for (const report_line *line = lines; line->text != NULL; line++) {
-    scopes in = {{NULL, more, report}};
-    if (line->each == NULL) {
-      print_line(&in, width, line);
-      continue;
-    }
+  const scopes in = {{NULL, more, report}};
+  for (const report_line *line = lines; line->text != NULL; line++)
+    if (line->each != NULL)
+      print_each(in, line->each, width, line);
+    else
+      print_line(&in, width, line, true);
+}
 
-    // keys of an item come before those of the report
-    const cJSON *item = NULL, *list = find(&in, line->each);
-    cJSON_ArrayForEach(item, list) {
-      in.of[0] = item;
-      print_line(&in, width, line);
-    }
+void report_print_each(const cJSON *report, const cJSON *more, const char *each, int width,
+                       const report_line *lines) {
+  scopes in = {{NULL, more, report}};
+  const cJSON *item = NULL, *list = find(&in, each);
+  cJSON_ArrayForEach(item, list) {
+    in.of[0] = item;
+    for (const report_line *line = lines; line->text != NULL; line++)
+      print_line(&in, width, line, true);
   }
 }
 

@@ -5,6 +5,7 @@
  *   {key}            a text, or a number with its digits; "a.b" is b of the object a, and "a.0" the
  *                    first of the array a; an array is all of them with commas
  *   {key:.6g}        a number as printf has it, or a text as by "-12s"
+ *   {}               the item itself, in a line for each item of an array
  *   {key:.3g%}       a share in per cent, with the sign; {key:%} with two digits and no exponent
  *   {key:.3g|-}      the same, and what stands there where there is no value
  *   {key?one|other}  the one text where a condition holds, the other, or none, where it does not
@@ -36,6 +37,7 @@ typedef struct report_line {
   const char *text;
   const char *when; /* a condition; NULL: always */
   const char *each; /* an array, whose items each give a line with their keys first; NULL: none */
+  bool once;        /* the label stands in the first of these alone */
 } report_line;
 
 /* A row of a table: its label, its text and what else of a line it has, by name. */
@@ -45,6 +47,10 @@ typedef struct report_line {
 /* Prints the lines, each with its label, `width` wide. more: values that the table has alone, which
  * go before those of the report; NULL: none. */
 void report_print(const cJSON *report, const cJSON *more, int width, const report_line *lines);
+
+/* All lines of the first item of an array, then those of the next; none has an array of its own. */
+void report_print_each(const cJSON *report, const cJSON *more, const char *each, int width,
+                       const report_line *lines);
 
 /* The same of the last lines, or of all: deletes the report and `more`. */
 void report_end(cJSON *report, cJSON *more, int width, const report_line *lines);

@@ -2,9 +2,7 @@
  * for may lead to more. SPDX-License-Identifier: Apache-2.0 */
 #include "driver/model/basis_estimate.h"
 
-#include <inttypes.h>
 #include <math.h>
-#include <stdio.h>
 
 #include "config/message.h"
 #include "io/json.h"
@@ -44,15 +42,23 @@ bool basis_estimate_is_large(const basis_estimate *estimate, const basis_asked *
   return estimate->why == NULL && asked->accepted < 1 && estimate->share > asked->accepted;
 }
 
-const char *basis_estimate_size(const basis_estimate *estimate) {
+/* "about", or "at least". */
+static const char *size_of(const basis_estimate *estimate) {
   return estimate->about ? "about" : "at least";
 }
 
-void basis_estimate_json(const basis_estimate *estimate, cJSON *object) {
+/* Why it is known to less than the end of the run; NULL: it is known to there. */
+static const char *ended(const basis_estimate *estimate, double end) {
+  if (!(estimate->until < BASIS_WHOLE * end))
+    return NULL;
+  return estimate->parted ? "the motion hangs on the last digits" : "it takes long";
+}
+
+void basis_estimate_json(const basis_estimate *estimate, double end, cJSON *object) {
   cJSON *made = cJSON_AddObjectToObject(object, "error_estimate");
   const bool again = estimate->added > 0;
   json_number(made, "share", estimate->share);
-  json_string(made, "kind", estimate->why != NULL ? "not judged" : basis_estimate_size(estimate));
+  json_string(made, "kind", estimate->why != NULL ? "not judged" : size_of(estimate));
   json_string(made, "by",
               estimate->why != NULL       ? NULL
               : again                     ? "richer run"
@@ -61,49 +67,48 @@ void basis_estimate_json(const basis_estimate *estimate, cJSON *object) {
   json_number(made, "velocity_share", estimate->velocity);
   json_number(made, "shape_share", estimate->shape);
   json_number(made, "instants", (double)estimate->instants);
+  json_number(made, "corrections", (double)estimate->corrections);
   json_number(made, "added", (double)estimate->added);
   json_number(made, "until_s", estimate->until);
+  json_string(made, "ended", ended(estimate, end));
   json_number(made, "seconds", estimate->seconds);
   json_string(made, "why", estimate->why);
 }
 
-/* It is not known, and how to ask for it where it would take long. */
-static void print_why(const basis_estimate *estimate, bool scene) {
-  printf("not judged: %s", estimate->why);
-  if (estimate->seconds > BASIS_SECONDS_MOST)
-    printf(", which would take about %.2g s: %s does it", estimate->seconds,
-           scene ? "\"judge\": \"on\" in \"outputs\"" : "--judge on");
-  puts("");
-}
+#define WHO "{name?{name}: }"
+#define HOW_TO_JUDGE "{name?\"judge\": \"on\" in \"outputs\"|--judge on}"
 
-void basis_estimate_print(const basis_estimate *estimate, const char *who, const char *of) {
-  char share[PERCENT_MAX];
-  fputs("error        ", stdout);
-  if (who != NULL)
-    printf("%s: ", who);
-  if (estimate->why != NULL) {
-    print_why(estimate, who != NULL);
-    return;
-  }
+const report_line basis_estimate_lines[] = {
+    // it is not known, and how to ask for it where it would take long
+    REPORT_LINE("error",
+                WHO "not judged: {error_estimate.why}{error_estimate.seconds?, which would take "
+                    "about {error_estimate.seconds:.2g} s: " HOW_TO_JUDGE " does it}"),
 
-  // of a free body the shape is said beside the motion, which is mostly that of the whole
-  printf("%s %s %% of the %s", basis_estimate_size(estimate), percent_text(estimate->share, share),
-         of);
-  if (!isnan(estimate->shape))
-    printf(" and %s %% of the shape", percent_text(estimate->shape, share));
+    // what was done for it stands behind it
+    REPORT_LINE("error",
+                WHO BASIS_ESTIMATE_WRONG
+                " by the basis, by the {name?scene|run} again to {error_estimate.until_s:.3g} s "
+                "with {error_estimate.added} coordinate{error_estimate.added#|s} more",
+                .when = "error_estimate.by=richer run"),
+    REPORT_LINE("error",
+                WHO BASIS_ESTIMATE_WRONG " by the basis, by the mesh that goes on from there in "
+                                         "{error_estimate.corrections} "
+                                         "correction{error_estimate.corrections#|s}",
+                .when = "error_estimate.by=mesh"),
+    REPORT_LINE("error",
+                WHO BASIS_ESTIMATE_WRONG " by the basis, by the residual of the mesh at "
+                                         "{error_estimate.instants} "
+                                         "instant{error_estimate.instants#|s}",
+                .when = "error_estimate.by=residual"),
+    REPORT_LINE("", "{error_estimate.kind} {error_estimate.velocity_share:%} of the velocity"),
 
-  // what was done for it stands behind it
-  if (estimate->added > 0)
-    printf(" by the basis, by the %s again to %.3g s with %" PRId64 " coordinate%s more\n",
-           who != NULL ? "scene" : "run", estimate->until, estimate->added,
-           estimate->added == 1 ? "" : "s");
-  else if (estimate->corrections > 0)
-    printf(" by the basis, by the mesh that goes on from there in %" PRId64 " correction%s\n",
-           estimate->corrections, estimate->corrections == 1 ? "" : "s");
-  else
-    printf(" by the basis, by the residual of the mesh at %" PRId64 " instant%s\n",
-           estimate->instants, estimate->instants == 1 ? "" : "s");
-}
+    // a scene may be chaotic, and each run has its time
+    REPORT_LINE("",
+                "known up to {error_estimate.until_s:.3g} s of {simulated_s:.4g} s: "
+                "{error_estimate.ended=it takes long?more takes long (" HOW_TO_JUDGE
+                ")|beyond it {error_estimate.ended}}",
+                .when = "error_estimate.ended"),
+    {0}};
 
 void basis_estimate_warn(const basis_estimate *estimate, const basis_asked *asked, const char *who,
                          const char *of) {
@@ -114,5 +119,5 @@ void basis_estimate_warn(const basis_estimate *estimate, const basis_asked *aske
       "%sthe basis cannot show this %s: %s %s %% of it is wrong, beside the whole "
       "mesh; make it with thrum precompute --rank and --modes of more, with --handles where "
       "it is pulled, or with --train on its load; --accept-error takes it as it is",
-      who, of, basis_estimate_size(estimate), percent_text(estimate->share, share));
+      who, of, size_of(estimate), percent_text(estimate->share, share));
 }

@@ -8,6 +8,7 @@
 #include <stdint.h>
 
 #include "driver/spec/basis_asked.h"
+#include "io/report.h"
 #include "precompute/model/basis_judge.h"
 
 /* Zeroed with `why` set: nothing is known. */
@@ -21,6 +22,7 @@ typedef struct basis_estimate {
   int64_t corrections; /* by which the mesh went on to its own rest; 0: it did not */
   int64_t added;       /* coordinates more that the run was made again with */
   double seconds;      /* that it took; where it was not made, about what it would take */
+  bool parted;         /* a scene that was made again parted from it by the last digits */
   const char *why;     /* it is not known; NULL: it is. Static storage. */
 } basis_estimate;
 
@@ -36,15 +38,21 @@ thrum_status basis_estimate_judge(const thrum_model *model, int64_t looks, const
 /* Is the error larger than what is accepted? */
 bool basis_estimate_is_large(const basis_estimate *estimate, const basis_asked *asked);
 
-/* "about", or "at least". */
-const char *basis_estimate_size(const basis_estimate *estimate);
+/* "error_estimate" of a report of a run that ends there [s]; NaN: of no run. */
+void basis_estimate_json(const basis_estimate *estimate, double end, cJSON *object);
 
-/* "error_estimate" of a report. */
-void basis_estimate_json(const basis_estimate *estimate, cJSON *object);
+/* The lines of it in a table of that report, or in one for each body, which have the key "name". A
+ * table that is of no motion says what it is of by "judged". */
+extern const report_line basis_estimate_lines[];
 
-/* The line of the table; who: the body of a scene, NULL: there is no other; `of`: "motion" or
- * "shape". */
-void basis_estimate_print(const basis_estimate *estimate, const char *who, const char *of);
+/* What is wrong, as a text of such a line. */
+#define BASIS_ESTIMATE_WRONG                                                                       \
+  "{error_estimate.kind} {error_estimate.share:%} of the {judged|motion}"                          \
+  "[ and {error_estimate.shape_share:%} of the shape]"
+
+/* And, behind it, of how much of a run that is known, where it is not known of all. */
+#define BASIS_ESTIMATE_WITHIN                                                                      \
+  "{error_estimate.ended?, in the first {error_estimate.until_s:.3g} of {simulated_s:.4g} s}"
 
 /* One warning where the error is large, beginning with `who`. */
 void basis_estimate_warn(const basis_estimate *estimate, const basis_asked *asked, const char *who,

@@ -12,6 +12,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "core/base/plain_text.h"
 #include "driver/make/named_model.h"
 #include "driver/model/basis_estimate.h"
 #include "driver/model/model_hash.h"
@@ -20,7 +21,7 @@
 #include "io/json.h"
 #include "io/npy_file.h"
 #include "io/paths.h"
-#include "io/percent.h"
+#include "io/report.h"
 #include "io/text.h"
 #include "mesh/formats/mesh_read.h"
 #include "platform/allocate.h"
@@ -279,36 +280,14 @@ static thrum_status read_q(const char *folder, const cJSON *object, recorded_run
   return THRUM_OK;
 }
 
-const char *recorded_error_text(const cJSON *report, const char *is,
-                                char text[RECORDED_ERROR_MAX]) {
-  const cJSON *estimate = cJSON_GetObjectItemCaseSensitive(report, "error_estimate");
-  const double share = json_number_of(estimate, "share"),
-               shape = json_number_of(estimate, "shape_share");
-  const double until = json_number_of(estimate, "until_s"),
-               end = json_number_of(report, "simulated_s");
-  const bool about = json_text_of(estimate, "kind") != NULL &&
-                     strcmp(json_text_of(estimate, "kind"), "about") == 0;
-  char motion[PERCENT_MAX], of_shape[60] = "", in[60] = "";
-  text[0] = 0;
-  if (isnan(share))
-    return text;
-
-  // a free body has the shape beside the motion, and a run that was made again ends perhaps before
-  if (!isnan(shape))
-    snprintf(of_shape, sizeof of_shape, " and %s %% of the shape", percent_text(shape, motion));
-  if (until < BASIS_WHOLE * end)
-    snprintf(in, sizeof in, ", in the first %.3g of %.4g s", until, end);
-  snprintf(text, RECORDED_ERROR_MAX, "%s %s %% of the motion%s %sby the basis%s",
-           about ? "about" : "at least", percent_text(share, motion), of_shape, is, in);
-  return text;
-}
-
 /* "at least 12 % of the motion is wrong by the basis", or why that is not known. */
 static void read_error(const cJSON *object, recorded_run *run) {
-  const cJSON *estimate = cJSON_GetObjectItemCaseSensitive(object, "error_estimate");
-  const char *why = json_text_of(estimate, "why");
-  if (recorded_error_text(object, "is wrong ", run->error)[0] == 0 && why != NULL)
-    snprintf(run->error, sizeof run->error, "the basis is not judged: %.80s", why);
+  static const char wrong[] = BASIS_ESTIMATE_WRONG " is wrong by the basis" BASIS_ESTIMATE_WITHIN;
+  static const char unknown[] = "the basis is not judged: {error_estimate.why}";
+  if (!report_text(object, NULL, wrong, run->error, sizeof run->error) &&
+      !report_text(object, NULL, unknown, run->error, sizeof run->error))
+    run->error[0] = 0;
+  thrum_plain_text(run->error);
 }
 
 thrum_status recorded_run_read(const char *path, const char *model, recorded_run *run,

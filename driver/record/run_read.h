@@ -55,11 +55,6 @@ thrum_status recorded_run_read(const char *path, const char *model, recorded_run
                                thrum_error *error);
 void recorded_run_free(recorded_run *run);
 
-/* Writes what a report says of the error of its basis, as the run said it: "about 12 % of the
- * motion and 30 % of the shape by the basis, in the first 0.3 of 1.5 s"; `is` stands before "by",
- * "" or words with a blank behind. "": it does not say. Returns `text`. */
-const char *recorded_error_text(const cJSON *report, const char *is, char text[RECORDED_ERROR_MAX]);
-
 /* Whether recorded_run_read would find what it reads: the files of the run, and its model, which is
  * not loaded where its bytes are those of the run. Otherwise what is missing. */
 thrum_status recorded_run_check(const char *folder, thrum_error *error);

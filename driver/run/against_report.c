@@ -1,9 +1,6 @@
 /* How the error that a mesh beside a run has found is told. SPDX-License-Identifier: Apache-2.0 */
 #include "driver/run/against_report.h"
 
-#include <math.h>
-#include <stdio.h>
-
 #include "io/json.h"
 
 void against_mesh_json(const against_mesh *against, cJSON *object) {
@@ -20,19 +17,15 @@ void against_mesh_json(const against_mesh *against, cJSON *object) {
   json_number(made, "seconds", against->seconds);
 }
 
-void against_mesh_print(const against_mesh *against, const simulate_request *request) {
-  if (!against->asked)
-    return;
-  if (isnan(against->displacement) || isnan(against->velocity))
-    printf("mesh         nothing has moved");
-  else
-    printf("mesh         %.3g %% of the displacement and %.3g %% of the velocity are wrong",
-           100 * against->displacement, 100 * against->velocity);
-  if (against->whole)
-    puts(", over the whole run");
-  else
-    printf(", to %.3g of %.3g s: %s\n", against->time, request->time, against->ended);
-}
+const report_line against_mesh_lines[] = {
+    REPORT_LINE("mesh",
+                "{against_mesh.velocity_share=null?nothing has moved|"
+                "{against_mesh.displacement_share:.3g%|-} of the displacement and "
+                "{against_mesh.velocity_share:.3g%} of the velocity are wrong}"
+                "{against_mesh.whole?, over the whole run|, to {against_mesh.simulated_s:.3g} of "
+                "{options.time:.3g} s: {against_mesh.ended}}",
+                .when = "against_mesh"),
+    {0}};
 
 bool against_mesh_is_large(const against_mesh *against, const basis_asked *asked) {
   return against->asked && asked->accepted < 1 && against->displacement > asked->accepted;

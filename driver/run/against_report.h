@@ -6,6 +6,7 @@
 #include <cjson/cJSON.h>
 
 #include "driver/run/simulate_options.h"
+#include "io/report.h"
 
 #define AGAINST_MESH_CSV "against_mesh.csv"
 
@@ -24,9 +25,9 @@ typedef struct against_mesh {
   const char *plot;       /* the plot's file name once drawn; NULL: none */
 } against_mesh;
 
-/* "against_mesh" of the report, null where it was not asked for; and the line of the table. */
+/* "against_mesh" of the report, null where it was not asked for; and the lines of the table. */
 void against_mesh_json(const against_mesh *against, cJSON *object);
-void against_mesh_print(const against_mesh *against, const simulate_request *request);
+extern const report_line against_mesh_lines[];
 
 /* Is the error that was found larger than what is accepted? */
 bool against_mesh_is_large(const against_mesh *against, const basis_asked *asked);

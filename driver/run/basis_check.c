@@ -106,7 +106,7 @@ thrum_status basis_check_judge(basis_record *record, double seconds, thrum_error
   }
   if (status < 0 && record->estimate.why == NULL)
     record->estimate.why = "the mesh could not be solved";
-  if (!(record->estimate.seconds > 0))
+  if (record->estimate.why == NULL)
     record->estimate.seconds = clock_seconds() - began;
   return THRUM_OK;
 }

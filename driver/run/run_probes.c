@@ -219,23 +219,17 @@ void run_probes_json(const run_probes *probes, cJSON *object) {
     json_string(row, "at", probe->text);
     json_number(row, "vertices", (double)probe->at.count);
     json_number(row, "vertex", vertex >= 0 ? (double)vertex + 1 : NAN);
+    if (vertex >= 0)
+      json_numbers(row, "place_m", probes->model->vertices + 3 * vertex, 3);
     json_numbers(row, "last_m", probe->last, 3);
     json_number(row, "farthest_m", probe->farthest);
     json_number(row, "farthest_s", probe->farthest_time);
   }
 }
 
-void run_probes_table(const run_probes *probes) {
-  for (int64_t n = 0; n < probes->count; n++) {
-    const run_probe *probe = &probes->list[n];
-    const int64_t vertex = only_vertex(probe);
-    const double *u = probe->last;
-    printf("probe        %s", probe->text);
-    if (vertex >= 0) {
-      const double *x = probes->model->vertices + 3 * vertex;
-      printf(" (vertex %" PRId64 " at %g, %g, %g)", vertex + 1, x[0], x[1], x[2]);
-    }
-    printf(": %.4g, %.4g, %.4g m at the end, farthest %.6g m at %.4g s\n", u[0], u[1], u[2],
-           probe->farthest, probe->farthest_time);
-  }
-}
+const report_line run_probes_lines[] = {
+    REPORT_LINE("probe",
+                "{at}[ (vertex {vertex} at {place_m:g})]: {last_m:.4g} m at the end, farthest "
+                "{farthest_m:.6g} m at {farthest_s:.4g} s",
+                .each = "probes"),
+    {0}};

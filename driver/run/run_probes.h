@@ -8,6 +8,7 @@
 
 #include "driver/record/run_folder.h"
 #include "driver/run/simulate_options.h"
+#include "io/report.h"
 
 /* A target that is followed. */
 typedef struct run_probe {
@@ -47,9 +48,9 @@ thrum_status run_probes_end(run_probes *probes, const run_folder *folder, thrum_
 /* Draws of each probe the axis along which it moves furthest, where gnuplot is installed. */
 void run_probes_plot(run_probes *probes, const run_folder *folder, const char *title);
 
-/* "probes" of a report, a row each; and the lines of the table. */
+/* "probes" of a report, a row each; and the line of each in the table. */
 void run_probes_json(const run_probes *probes, cJSON *object);
-void run_probes_table(const run_probes *probes);
+extern const report_line run_probes_lines[];
 
 void run_probes_close(run_probes *probes);
 

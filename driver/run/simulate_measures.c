@@ -5,13 +5,11 @@
 #include <math.h>
 #include <stdbool.h>
 #include <stdint.h>
-#include <stdio.h>
 #include <stdlib.h>
 
 #include "config/message.h"
 #include "driver/spec/shared_options.h"
 #include "io/json.h"
-#include "io/percent.h"
 #include "platform/allocate.h"
 #include "runtime/material/material_law.h"
 #include "thrum/thrum.h"
@@ -215,7 +213,7 @@ static int place_of(uint32_t bit) {
   return place;
 }
 
-void simulate_measures_json(const simulate_measures *m, cJSON *object) {
+void simulate_measures_json(const simulate_measures *m, double end, cJSON *object) {
   // null says that it was not asked for
   cJSON *stress = json_section(object, "stress", m->stress_points != NULL);
   if (stress != NULL) {
@@ -228,7 +226,7 @@ void simulate_measures_json(const simulate_measures *m, cJSON *object) {
 
   // null says that it was not asked for
   if (m->basis_asked)
-    basis_estimate_json(&m->basis.estimate, object);
+    basis_estimate_json(&m->basis.estimate, end, object);
   else
     cJSON_AddNullToObject(object, "error_estimate");
 
@@ -249,38 +247,6 @@ void simulate_measures_json(const simulate_measures *m, cJSON *object) {
   json_number(monitor, "tet", looked ? (double)m->record.stretch_tet + 1 : NAN);
   json_number(monitor, "time_s", looked ? m->stretch_time : NAN);
   json_number(monitor, "load_share_outside", m->load_share);
-}
-
-void simulate_measures_error(const simulate_measures *m, const char *who, double end) {
-  const basis_estimate *of = &m->basis.estimate;
-  char share[PERCENT_MAX];
-  basis_estimate_print(of, who, "motion");
-  if (of->why != NULL)
-    return;
-  if (!isnan(of->velocity))
-    printf("             %s %s %% of the velocity\n", basis_estimate_size(of),
-           percent_text(of->velocity, share));
-
-  // a scene may be chaotic, and each run has its time
-  if (of->until < BASIS_WHOLE * end)
-    printf("             known up to %.3g s of %.4g s: %s\n", of->until, end,
-           m->basis_parted ? "beyond it the motion hangs on the last digits"
-           : who != NULL   ? "more takes long (\"judge\": \"on\" in \"outputs\")"
-                           : "more takes long (--judge on)");
-}
-
-void simulate_measures_table(const simulate_measures *m, const cJSON *report, double end) {
-  report_print(report, NULL, REPORT_LABEL, node_stress_lines);
-  if (m->basis_asked)
-    simulate_measures_error(m, NULL, end);
-  if (m->monitor == NULL || m->record.looks == 0)
-    return;
-
-  // a run that was lost may have stretches of a hundred digits
-  printf(fabs(m->record.stretch_least) < 1000 ? "monitor      least stretch %.3f"
-                                              : "monitor      least stretch %.3g",
-         m->record.stretch_least);
-  printf(" at %g s (warns below %.3g)\n", m->stretch_time, m->warns_below);
 }
 
 void simulate_measures_warn(const simulate_measures *m, const char *who) {

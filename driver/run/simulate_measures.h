@@ -30,7 +30,6 @@ typedef struct simulate_measures {
   double load_share;    /* largest of the loads but gravity; NaN: none */
   double warns_below;   /* principal stretch */
   bool basis_asked;     /* the basis is judged, or told why not */
-  bool basis_parted;    /* a scene that was made again parted from it by the last digits */
   bool basis_found;     /* its error was found over the whole run, so no estimate is warned of */
   basis_record basis;
 } simulate_measures;
@@ -46,17 +45,11 @@ bool simulate_measures_are_open(const simulate_measures *measures);
 thrum_status simulate_measures_look(simulate_measures *measures, const double *q, double time,
                                     thrum_error *error);
 
-/* Adds "stress" and "monitor" to the object, null where there is none. */
-void simulate_measures_json(const simulate_measures *measures, cJSON *object);
+/* Adds "stress", "error_estimate" and "monitor" of a run that ends there [s] to the object, null
+ * where there is none. */
+void simulate_measures_json(const simulate_measures *measures, double end, cJSON *object);
 
-/* Lines of the table, and a line on standard error for each warning; each begins with `who`, the
- * body of a scene, or "". */
-void simulate_measures_table(const simulate_measures *measures, const cJSON *report, double end);
-
-/* The line of the error by the basis alone, and what belongs to it: how far the velocity is wrong,
- * and why it is known to less than the end of the run [s]. who: the body of a scene; NULL: there is
- * no other. */
-void simulate_measures_error(const simulate_measures *measures, const char *who, double end);
+/* A line on standard error for each warning; each begins with `who`, the body of a scene, or "". */
 void simulate_measures_warn(const simulate_measures *measures, const char *who);
 
 void simulate_measures_close(simulate_measures *measures);

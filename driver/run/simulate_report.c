@@ -322,7 +322,7 @@ cJSON *simulate_report_json(const driver_body *body) {
   add_energies(object, figures);
   add_work(object, figures);
   run_probes_json(&body->probes, object);
-  simulate_measures_json(&body->measures, object);
+  simulate_measures_json(&body->measures, report->time, object);
   against_mesh_json(&figures->against, object);
   cJSON_AddItemToObject(object, "options", simulate_options_json(request));
   add_seconds(object, figures);
@@ -403,6 +403,13 @@ static const report_line before[] = {
     REPORT_LINE("peak", "{peak_displacement_m:.6g} m at vertex {peak_vertex}"),
     {0}};
 
+static const report_line monitor[] = {
+    // a run that was lost may have stretches of a hundred digits
+    REPORT_LINE("monitor",
+                "least stretch {far?{monitor.least_stretch:.3g}|{monitor.least_stretch:.3f}} at "
+                "{monitor.time_s:g} s (warns below {warns_below:.3g})"),
+    {0}};
+
 static const report_line behind[] = {
     REPORT_LINE("status", "{status}"), REPORT_LINE("files", "{run}/{files}"), {0}};
 
@@ -426,11 +433,17 @@ void simulate_report_table(const driver_body *body, const cJSON *report) {
   cJSON_AddBoolToObject(more, "driven", driven);
   json_string(more, "no_drift", isfinite(figures->drift) ? NULL : no_drift(figures));
 
-  // what has words of its own stands between
-  report_print(report, more, REPORT_LABEL, before);
-  run_probes_table(&body->probes);
-  simulate_measures_table(&body->measures, report, figures->report.time);
-  against_mesh_print(&figures->against, request);
-  report_print(report, more, REPORT_LABEL, behind);
+  cJSON_AddBoolToObject(more, "far", fabs(body->measures.record.stretch_least) >= 1000);
+  json_number(more, "warns_below", body->measures.warns_below);
+
+  const report_line *const lists[] = {before,
+                                      run_probes_lines,
+                                      node_stress_lines,
+                                      basis_estimate_lines,
+                                      monitor,
+                                      against_mesh_lines,
+                                      behind};
+  for (size_t n = 0; n < sizeof lists / sizeof *lists; n++)
+    report_print(report, more, REPORT_LABEL, lists[n]);
   cJSON_Delete(more);
 }

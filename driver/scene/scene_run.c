@@ -49,9 +49,9 @@ static thrum_status report(scene_run *run, thrum_error *error) {
     return status;
   }
 
-  cJSON_Delete(object);
   if (status >= 0)
-    scene_run_table(run);
+    scene_run_table(run, object);
+  cJSON_Delete(object);
   return status;
 }
 

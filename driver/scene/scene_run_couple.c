@@ -13,6 +13,7 @@
 #include <string.h>
 
 #include "config/message.h"
+#include "io/json.h"
 #include "runtime/material/material_law.h"
 
 #define TURNS 0.02     /* w/w1 at the start from which a body is coupled */
@@ -86,7 +87,7 @@ static void add_name(char names[NAMES_SIZE], int64_t count, const char *name) {
     snprintf(names + length, NAMES_SIZE - length, " and others");
 }
 
-void scene_run_print_coupled(const scene_run *run) {
+void scene_run_coupled_json(const scene_run *run, cJSON *object) {
   char names[NAMES_SIZE] = "";
   int64_t count = 0;
   double least = INFINITY, most = 0;
@@ -98,16 +99,13 @@ void scene_run_print_coupled(const scene_run *run) {
     least = fmin(least, body->turn_share);
     most = fmax(most, body->turn_share);
   }
-  if (count == 1)
-    printf("coupled      %s: it begins to turn at %.2g of its lowest frequency, so its spin and "
-           "shape act on each other (\"coupled\": false leaves that out, for an eighth of the "
-           "time)\n",
-           names, most);
-  if (count > 1)
-    printf("coupled      %s: they begin to turn at %.2g to %.2g of their lowest frequencies, so "
-           "their spins and shapes act on each other (\"coupled\": false leaves that out, for an "
-           "eighth of the time)\n",
-           names, least, most);
+  cJSON *turning = json_section(object, "turning", count > 0);
+  if (turning == NULL)
+    return;
+  json_string(turning, "names", names);
+  json_number(turning, "count", (double)count);
+  json_number(turning, "least", least);
+  json_number(turning, "most", most);
 }
 
 void scene_run_warn_of_turns(const scene_run *run) {

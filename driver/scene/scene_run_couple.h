@@ -7,10 +7,10 @@
 
 /* Is a body coupled, by the file or, where that does not say, as it begins to
  * turn so fast that it matters (needs its spin in body->def)? Looks at how fast others turn after a
- * step, with warnings of them; prints which are coupled without being asked for. */
+ * step, with warnings of them; adds "turning", those that are coupled without being asked for. */
 bool scene_run_couples(const scene_run *run, scene_body_run *body);
 void scene_run_note_turns(scene_run *run);
 void scene_run_warn_of_turns(const scene_run *run);
-void scene_run_print_coupled(const scene_run *run);
+void scene_run_coupled_json(const scene_run *run, cJSON *object);
 
 #endif

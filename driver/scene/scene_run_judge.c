@@ -513,7 +513,7 @@ static void conclude(const again *a, const sums *of, double seconds) {
       estimate->shape = sqrt(sum->shape_lacking / sum->shape);
     estimate->velocity = sum->fast > 0 ? sqrt(sum->slower / sum->fast) : NAN;
     estimate->until = sum->until;
-    a->run->run.bodies[n].measures.basis_parted = sum->parted;
+    estimate->parted = sum->parted;
     estimate->added = richer->model.rank - a->run->bodies[n].model->rank;
   }
 }

@@ -241,26 +241,3 @@ cJSON *scene_run_links_json(const scene_run *run) {
   }
   return list;
 }
-
-void scene_run_print_links(const scene_run *run) {
-  const int32_t count = thrum_scene_link_count(run->scene);
-  double drift = 0, stored = 0, lost = 0, driven = 0;
-  int32_t hold = 0;
-  if (count == 0)
-    return;
-
-  // all together in a line
-  for (int32_t n = 0; n < count; n++) {
-    thrum_scene_link link;
-    if (thrum_scene_link_get(run->scene, n, &link, NULL) < 0)
-      continue;
-    hold += link.holds;
-    drift = fmax(drift, link.report.largest_drift);
-    stored += link.report.stored;
-    lost += link.report.lost;
-    driven += link.report.driven;
-  }
-  printf("links        %d of %d hold at the end, joints open by %.2g m at most, %g J in springs, "
-         "%g J lost, %g J driven\n",
-         (int)hold, (int)count, drift, stored, lost, driven);
-}

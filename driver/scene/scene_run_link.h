@@ -17,7 +17,6 @@ bool scene_run_is_linked(const scene_run *run, int32_t number);
 bool scene_run_is_met(const scene_run *run, int32_t number);
 
 cJSON *scene_run_links_json(const scene_run *run);
-void scene_run_print_links(const scene_run *run);
 
 /* Warns of the joint that was open the widest, beyond what links promise. */
 void scene_run_warn_of_joints(const scene_run *run);

@@ -2,8 +2,8 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "driver/scene/scene_run_report.h"
 
-#include <inttypes.h>
 #include <math.h>
+#include <string.h>
 
 #include "driver/model/locking.h"
 #include "driver/model/step_cost.h"
@@ -14,6 +14,7 @@
 #include "driver/scene/scene_run_link.h"
 #include "driver/scene/scene_run_world.h"
 #include "io/json.h"
+#include "io/report.h"
 #include "platform/clock.h"
 #include "runtime/material/material_law.h"
 
@@ -105,7 +106,8 @@ static cJSON *body_json(const scene_run *run, int32_t n) {
   json_number(object, "plastic_work_j", figures->plastic_work);
   json_number(object, "peak_displacement_m", figures->peak);
   if (run->run.bodies[n].measures.basis_asked)
-    basis_estimate_json(&run->run.bodies[n].measures.basis.estimate, object);
+    basis_estimate_json(&run->run.bodies[n].measures.basis.estimate,
+                        (double)driver_run_step_count(&run->run) * run->dt, object);
   json_number(object, "fallback_steps", (double)figures->fallback_steps);
   json_number(object, "grown_steps", (double)figures->report.grown_steps);
   return object;
@@ -209,128 +211,148 @@ cJSON *scene_run_json(const scene_run *run) {
   return object;
 }
 
-/* "2 of 20" coordinates that are stepped near, or "20". */
-static void name_stepped(const scene_body_run *body, const simulate_figures *figures, char *text,
-                         size_t size) {
-  if (figures->masters > 0)
-    snprintf(text, size, "%d of %d", (int)figures->masters, (int)body->model->rank);
-  else
-    snprintf(text, size, "%d", (int)body->model->rank);
-}
+static const report_line lines[] = {
+    REPORT_LINE("scene", "{title}"),
+    REPORT_LINE("steps",
+                "{steps} ({simulated_s:g} s)[, {us_per_step:.2f} us a step of all bodies]"),
 
-/* Prints what the levels of detail did: a line for each body where they are few, else one for all.
- */
-static void print_details(const scene_run *run) {
-  int64_t steps = 0, reduced = 0, changes = 0;
-  double jump = 0;
+    // a line for each body
+    REPORT_LINE("body", "steps by     rank      first J       last J       peak m status"),
+    REPORT_LINE("{name:-12s} ",
+                "{integrator:-8s} {condensed?{condensed.masters:2s} of {rank:2s}|{rank:8s}} "
+                "{energy_first_j:12.6g|           -} {energy_last_j:12.6g|           -} "
+                "{peak_displacement_m:12.6g|           -} {status}",
+                .each = "bodies"),
+    REPORT_LINE("detail",
+                "{name?{name}: {condense} coordinates|fewer coordinates} in {share:.3g%} of the "
+                "steps{name?| of bodies that may}, {changes} change{changes#|s}, largest jump "
+                "{largest_jump_m:.2g} m[ (at most {jump_m:g} m)]",
+                .each = "details"),
+    REPORT_LINE("coupled",
+                "{turning.names}: {turning.count#it begins|they begin} to turn at "
+                "{turning.count#|{turning.least:.2g} to }{turning.most:.2g} of "
+                "{turning.count#its lowest frequency|their lowest frequencies}, so "
+                "{turning.count#its spin and shape|their spins and shapes} act on each other "
+                "(\"coupled\": false leaves that out, for an eighth of the time)"),
 
-  for (int32_t n = 0; n < run->spec.bodies.count; n++) {
-    const scene_body_spec *spec = run->bodies[n].spec;
-    thrum_scene_detail_report report;
-    if (thrum_scene_body_detail(run->scene, n, &report, NULL) < 0 || !report.set)
+    // the table names the integrators asked for, so bodies that switched are listed apart
+    REPORT_LINE("switched", "{name}: {stepped_by}", .each = "switched"),
+    {0}};
+
+static const report_line behind[] = {
+    // what bodies did to each other
+    REPORT_LINE("collisions",
+                "bodies touch each other or themselves in {collisions.touching} "
+                "place{collisions.touching#|s} at the end, {collisions.lost_j:g} J lost, "
+                "{collisions.deepest_of_thickness:.2g} of the thickness at most"),
+    REPORT_LINE("obstacles",
+                "bodies touch them in {touched.touching} place{touched.touching#|s} at the end, "
+                "{touched.lost_j:g} J lost"),
+    REPORT_LINE(
+        "links",
+        "{joints.hold} of {joints.count} hold at the end, joints open by {joints.drift:.2g} "
+        "m at most, {joints.stored:g} J in springs, {joints.lost:g} J lost, "
+        "{joints.driven:g} J driven"),
+
+    // the end names the files, of which some are there only where the scene asks for them
+    REPORT_LINE("status", "{status}"),
+    REPORT_LINE("files", "{run}/" SCENE_JSON "{probes?, " SCENE_PROBES "}{account?, " SCENE_ACCOUNT
+                         "}{contact?, " SCENE_CONTACT "}{links?, " SCENE_LINKS
+                         "}, and a run in each of its folders"),
+    {0}};
+
+/* Adds "details": what the levels of detail did, of each body where they are few, else of all. */
+static void add_details(cJSON *more, const cJSON *report) {
+  const cJSON *bodies = cJSON_GetObjectItemCaseSensitive(report, "bodies"), *body = NULL;
+  const bool few = cJSON_GetArraySize(bodies) <= DETAIL_LINES;
+  const double steps = json_number_of(report, "steps");
+  double all = 0, reduced = 0, changes = 0, jump = 0;
+  cJSON *list = cJSON_AddArrayToObject(more, "details");
+  cJSON_ArrayForEach(body, bodies) {
+    const cJSON *detail = cJSON_GetObjectItemCaseSensitive(body, "detail");
+    if (detail == NULL)
       continue;
-
-    // the sum over bodies
-    const int64_t all = driver_run_step_count(&run->run);
-    steps += all;
-    reduced += report.reduced_steps;
-    changes += report.changes;
-    jump = fmax(jump, report.largest_jump);
-
-    // and the body's own line
-    if (run->spec.bodies.count <= DETAIL_LINES)
-      printf("detail       %s: %" PRId64 " coordinates in %.3g %% of the steps, %" PRId64
-             " change%s, largest jump %.2g m (at most %g m)\n",
-             spec->name, spec->detail.condense,
-             all > 0 ? 100 * (double)report.reduced_steps / (double)all : 0, report.changes,
-             report.changes == 1 ? "" : "s", report.largest_jump, spec->detail.jump);
-  }
-
-  if (steps > 0 && run->spec.bodies.count > DETAIL_LINES)
-    printf("detail       fewer coordinates in %.3g %% of the steps of bodies that may, %" PRId64
-           " change%s, largest jump %.2g m\n",
-           100 * (double)reduced / (double)steps, changes, changes == 1 ? "" : "s", jump);
-}
-
-/* Prints what is known of the error by the bases: a line for each body where they are few, else for
- * the one that is most wrong. */
-static void print_errors(const scene_run *run) {
-  const int64_t count = run->spec.bodies.count;
-  const double end = (double)driver_run_step_count(&run->run) * run->dt;
-  int64_t worst = -1;
-  for (int64_t n = 0; n < count; n++) {
-    const simulate_measures *of = &run->run.bodies[n].measures;
-    if (!of->basis_asked)
+    all += steps;
+    reduced += json_number_of(detail, "reduced_steps");
+    changes += json_number_of(detail, "changes");
+    jump = fmax(jump, json_number_of(detail, "largest_jump_m"));
+    cJSON *own = few ? cJSON_Duplicate(detail, true) : NULL;
+    if (own == NULL)
       continue;
-    if (count <= ERROR_LINES)
-      simulate_measures_error(of, run->bodies[n].spec->name, end);
-    else if (of->basis.estimate.why == NULL &&
-             (worst < 0 ||
-              of->basis.estimate.share > run->run.bodies[worst].measures.basis.estimate.share))
-      worst = n;
+    json_string(own, "name", json_text_of(body, "name"));
+    json_number(own, "share", steps > 0 ? json_number_of(detail, "reduced_steps") / steps : 0);
+    cJSON_AddItemToArray(list, own);
   }
-  if (worst >= 0)
-    simulate_measures_error(&run->run.bodies[worst].measures, run->bodies[worst].spec->name, end);
+  if (few || !(all > 0))
+    return;
+  cJSON *sum = json_add_row(list);
+  json_number(sum, "share", reduced / all);
+  json_number(sum, "changes", changes);
+  json_number(sum, "largest_jump_m", jump);
 }
 
-void scene_run_table(const scene_run *run) {
-  const int64_t steps = driver_run_step_count(&run->run);
-  if (run->spec.title != NULL)
-    printf("scene        %s\n", run->spec.title);
-
-  // the length of the run and the cost of a step
-  printf("steps        %" PRId64 " (%g s)", steps,
-         (double)driver_run_step_count(&run->run) * run->dt);
-  if (steps > 0)
-    printf(", %.2f us a step of all bodies", per_step(run, 1e6 * run->run.seconds_step));
-  puts("");
-
-  // a line for each body
-  printf("%-12s %-8s %8s %12s %12s %12s %s\n", "body", "steps by", "rank", "first J", "last J",
-         "peak m", "status");
-  for (int64_t n = 0; n < run->spec.bodies.count; n++) {
-    const scene_body_run *body = &run->bodies[n];
-    const simulate_figures *figures = &run->run.bodies[n].figures;
-    char stepped[32];
-    name_stepped(body, figures, stepped, sizeof stepped);
-    printf("%-12s %-8s %8s %12.6g %12.6g %12.6g %s\n", body->spec->name,
-           thrum_integrator_name(body->request.def.integrator), stepped, figures->first.total,
-           figures->last.total, figures->peak, run_outcome_word(simulate_outcome(figures)));
+/* Adds "errors", the bodies whose error by the basis is told: all where they are few, else the one
+ * that is most wrong; and "switched", those that another integrator stepped for a while. */
+static void add_bodies(cJSON *more, const cJSON *report) {
+  cJSON *bodies = cJSON_GetObjectItemCaseSensitive(report, "bodies"), *body = NULL, *worst = NULL;
+  cJSON *errors = cJSON_AddArrayToObject(more, "errors");
+  cJSON *switched = cJSON_AddArrayToObject(more, "switched");
+  const bool few = cJSON_GetArraySize(bodies) <= ERROR_LINES;
+  double most = -INFINITY;
+  cJSON_ArrayForEach(body, bodies) {
+    const char *by = json_text_of(body, "stepped_by"), *asked = json_text_of(body, "integrator");
+    if (by != NULL && asked != NULL && strcmp(by, asked) != 0)
+      cJSON_AddItemReferenceToArray(switched, body);
+    if (few)
+      cJSON_AddItemReferenceToArray(errors, body);
+    const double share =
+        json_number_of(cJSON_GetObjectItemCaseSensitive(body, "error_estimate"), "share");
+    if (share > most) {
+      worst = body;
+      most = share;
+    }
   }
+  if (!few && worst != NULL)
+    cJSON_AddItemReferenceToArray(errors, worst);
+}
 
-  print_details(run);
-  scene_run_print_coupled(run);
-
-  // the table names the integrators asked for, so bodies that switched are listed apart
-  for (int64_t n = 0; n < run->spec.bodies.count; n++) {
-    const simulate_figures *figures = &run->run.bodies[n].figures;
-    char stepped_by[128];
-    simulate_figures_stepped_by(figures, stepped_by);
-    if (figures->report.switched_steps > 0)
-      printf("switched     %s: %s\n", run->bodies[n].spec->name, stepped_by);
+/* Adds "joints", all links together. */
+static void add_joints(cJSON *more, const cJSON *report) {
+  const cJSON *links = cJSON_GetObjectItemCaseSensitive(report, "links"), *link = NULL;
+  double hold = 0, drift = 0, stored = 0, lost = 0, driven = 0;
+  cJSON_ArrayForEach(link, links) {
+    hold += cJSON_IsTrue(cJSON_GetObjectItemCaseSensitive(link, "holds"));
+    drift = fmax(drift, json_number_of(link, "largest_drift_m"));
+    stored += json_number_of(link, "stored_j");
+    lost += json_number_of(link, "lost_j");
+    driven += json_number_of(link, "driven_j");
   }
+  cJSON *joints = json_section(more, "joints", cJSON_GetArraySize(links) > 0);
+  if (joints == NULL)
+    return;
+  json_number(joints, "hold", hold);
+  json_number(joints, "count", cJSON_GetArraySize(links));
+  json_number(joints, "drift", drift);
+  json_number(joints, "stored", stored);
+  json_number(joints, "lost", lost);
+  json_number(joints, "driven", driven);
+}
 
-  print_errors(run);
+void scene_run_table(const scene_run *run, const cJSON *report) {
+  cJSON *more = cJSON_CreateObject();
+  add_details(more, report);
+  add_bodies(more, report);
+  add_joints(more, report);
+  scene_run_coupled_json(run, more);
+  const scene_run_losses losses = scene_run_losses_get(run);
+  if (run->spec.obstacles.count > 0)
+    scene_run_add_touches(cJSON_AddObjectToObject(more, "touched"), &losses.obstacles);
+  cJSON_AddBoolToObject(more, "account", scene_run_has_account(run));
+  cJSON_AddBoolToObject(more, "contact", scene_run_has_contact(run));
 
-  // what bodies did to each other
-  if (scene_run_touches(run)) {
-    const thrum_contact_pairs_report of = thrum_scene_collisions(run->scene);
-    printf("collisions   bodies touch each other or themselves in %" PRId64
-           " place%s at the end, %g J lost, %.2g of the thickness at most\n",
-           of.touching, of.touching == 1 ? "" : "s", of.lost, of.deepest_share);
-  }
-  if (run->spec.obstacles.count > 0) {
-    const thrum_contact_report of = scene_run_losses_get(run).obstacles;
-    printf("obstacles    bodies touch them in %d place%s at the end, %g J lost\n", (int)of.touching,
-           of.touching == 1 ? "" : "s", of.lost);
-  }
-  scene_run_print_links(run);
-
-  // the end names the files, of which some are there only where the scene asks for them
-  printf("status       %s\n", run_outcome_word(scene_run_outcome(run)));
-  printf("files        %s/" SCENE_JSON "%s%s%s%s, and a run in each of its folders\n",
-         run->request->output, thrum_scene_probe_count(run->scene) > 0 ? ", " SCENE_PROBES : "",
-         scene_run_has_account(run) ? ", " SCENE_ACCOUNT : "",
-         scene_run_has_contact(run) ? ", " SCENE_CONTACT : "",
-         thrum_scene_link_count(run->scene) > 0 ? ", " SCENE_LINKS : "");
+  // the lines of the errors are those of one run, for each body
+  report_print(report, more, REPORT_LABEL, lines);
+  report_print_each(report, more, "errors", REPORT_LABEL, basis_estimate_lines);
+  report_print(report, more, REPORT_LABEL, behind);
+  cJSON_Delete(more);
 }

@@ -6,6 +6,8 @@
 #include "driver/scene/scene_run_parts.h"
 
 cJSON *scene_run_json(const scene_run *run);
-void scene_run_table(const scene_run *run);
+
+/* The table that is made of that object. */
+void scene_run_table(const scene_run *run, const cJSON *report);
 
 #endif

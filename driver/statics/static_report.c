@@ -160,7 +160,7 @@ static cJSON *make_report(const static_answer *answer) {
   }
 
   if (answer->belief.judged)
-    basis_estimate_json(&answer->belief.error, object);
+    basis_estimate_json(&answer->belief.error, NAN, object);
   else
     cJSON_AddNullToObject(object, "error_estimate");
 
@@ -248,11 +248,11 @@ void static_report_print(const static_answer *answer, bool json) {
   cJSON_AddBoolToObject(more, "lost_watched", watched && found->least < 0);
   json_number(more, "softest_hz", static_hertz(found->softest));
 
-  // the error of the basis has words of its own
+  json_string(more, "judged", "shape");
+
   report_print(report, more, REPORT_LABEL, before);
   report_print(report, more, REPORT_LABEL, static_forces_lines);
   report_print(report, more, REPORT_LABEL, node_stress_lines);
-  if (answer->belief.judged)
-    basis_estimate_print(&answer->belief.error, NULL, "shape");
+  report_print(report, more, REPORT_LABEL, basis_estimate_lines);
   report_end(report, more, REPORT_LABEL, behind);
 }

@@ -593,7 +593,7 @@ static void why_a_run_is_not_believed_is_said(void **state) {
   assert_true(text_file_write(
       path, "{\"command\": \"simulate\", \"status\": \"done\", \"simulated_s\": 1.5,"
             " \"error_estimate\": {\"share\": 0.12, \"kind\": \"about\", \"shape_share\": 0.3,"
-            " \"until_s\": 0.3}}\n"));
+            " \"until_s\": 0.3, \"ended\": \"it takes long\"}}\n"));
   out = output_of("info", "doubted", NULL);
   assert_non_null(strstr(out,
                          " about 12 % of the motion and 30 % of the shape by the basis, in the "
