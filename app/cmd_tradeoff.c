@@ -382,8 +382,9 @@ static void add_tests(cJSON *object, const trade *t) {
   }
 }
 
-static void print_json(const trade *t) {
+static thrum_status print_json(const trade *t, thrum_error *error) {
   const tradeoff_request *request = t->request;
+  thrum_status status = THRUM_OK;
   cJSON *object = report(t);
   json_string(object, "model", request->model_path);
   results_add_machine(object);
@@ -399,11 +400,15 @@ static void print_json(const trade *t) {
   if (t->chosen >= 0) {
     cJSON_AddItemToObject(object, "recommended", run_json(t, &t->result.runs[t->chosen]));
     add_tests(object, t);
-    tradeoff_commands_add(&t->commands, object);
+    status = tradeoff_commands_add(&t->commands, object, error);
   } else {
     cJSON_AddNullToObject(object, "recommended");
   }
-  json_print(object);
+  if (status >= 0)
+    json_print(object);
+  else
+    cJSON_Delete(object);
+  return status;
 }
 
 /* What the table says behind a setting: that it is recommended, or why a cheaper one is not. */
@@ -640,9 +645,8 @@ static thrum_status run_trade(trade *t, thrum_error *error) {
   thrum_interrupt_clean("\nthrum: stopped; the folder holds whole files only\n");
   THRUM_TRY(write_files(t, error));
   if (request->json)
-    print_json(t);
-  else
-    print_table(t);
+    return print_json(t, error);
+  print_table(t);
   return THRUM_OK;
 }
 

@@ -152,9 +152,7 @@ typedef struct sweep_jobs {
   const experiments_request *request;
   experiments_bodies *bodies;
   cJSON *rows[EXPERIMENTS_TABLES_MAX]; /* that are collected */
-  FILE *list;                          /* the same of the list */
-  char *list_text;
-  size_t list_size;
+  cJSON *lists;                        /* of each job, as its file would have it */
   bool flagged;
 } sweep_jobs;
 
@@ -243,22 +241,22 @@ static thrum_status take_job(void *context, int64_t job, cJSON *result, thrum_er
   const experiments_form *form = all->request->form;
   (void)job;
   (void)error;
-  const cJSON *list = cJSON_GetObjectItemCaseSensitive(result, "list");
+  cJSON *list = cJSON_DetachItemFromObjectCaseSensitive(result, "list");
   all->flagged |= cJSON_IsTrue(cJSON_GetObjectItemCaseSensitive(result, "flagged"));
   for (int n = 0; n < EXPERIMENTS_TABLES_MAX && form->tables[n].key != NULL; n++)
     json_append(all->rows[n], cJSON_GetObjectItemCaseSensitive(result, form->tables[n].key));
-  if (!cJSON_IsString(list))
-    return THRUM_OK;
-
-  // the names of the columns stand once
-  const char *begin = list->valuestring, *rows = strchr(begin, '\n');
-  fputs(ftell(all->list) > 0 && rows != NULL ? rows + 1 : begin, all->list);
+  cJSON_AddItemToArray(all->lists, list);
   return THRUM_OK;
 }
 
 static void write_list(FILE *stream, const void *of) {
   const sweep_jobs *all = of;
-  fputs(all->list_text, stream);
+  const cJSON *list = NULL;
+  cJSON_ArrayForEach(list, all->lists) {
+    // the names of the columns stand once
+    const char *text = cJSON_IsString(list) ? list->valuestring : "", *rows = strchr(text, '\n');
+    fputs(list != all->lists->child && rows != NULL ? rows + 1 : text, stream);
+  }
 }
 
 /* The rows and the list of all jobs; on failure none is left. */
@@ -267,13 +265,9 @@ static thrum_status collect_rows(sweep_jobs *all, const job_list *list, cJSON *m
   const experiments_form *form = all->request->form;
   for (int n = 0; n < EXPERIMENTS_TABLES_MAX && form->tables[n].key != NULL; n++)
     all->rows[n] = cJSON_CreateArray();
-  all->list = open_memstream(&all->list_text, &all->list_size);
-  thrum_status status =
-      all->list != NULL ? job_list_collect(list, missing, error) : THRUM_OUT_OF_MEMORY;
-
-  // a stream in memory says at three places that there is none left
-  const bool whole = all->list != NULL && ferror(all->list) == 0;
-  if (all->list == NULL || fclose(all->list) != 0 || !whole || all->list_text == NULL)
+  all->lists = cJSON_CreateArray();
+  thrum_status status = job_list_collect(list, missing, error);
+  if (status >= 0 && json_memory_failed())
     status = thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the rows");
   for (int n = 0; n < EXPERIMENTS_TABLES_MAX && status < 0; n++)
     cJSON_Delete(all->rows[n]);
@@ -294,7 +288,7 @@ static thrum_status collect(sweep_jobs *all, const job_list *list, bool *flagged
                                          .missing = missing};
     status = experiments_publish(all->request, &outcome, error);
   }
-  free(all->list_text);
+  cJSON_Delete(all->lists);
   cJSON_Delete(missing);
   return status;
 }

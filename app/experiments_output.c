@@ -7,6 +7,7 @@
 #include "app/results.h"
 #include "config/progress.h"
 #include "io/json.h"
+#include "io/made_text.h"
 
 thrum_status experiments_write_rows(const experiments_request *request, const char *name,
                                     const cJSON *rows, thrum_error *error) {
@@ -102,19 +103,13 @@ static thrum_status keep(const experiments_request *request, const experiments_o
   if (form->list == NULL)
     return THRUM_OK;
 
-  // the list, as its file would have it; a stream in memory says at three places that there is none
-  char *text = NULL;
-  size_t size = 0;
-  FILE *stream = open_memstream(&text, &size);
-  if (stream != NULL)
-    outcome->write_list(stream, outcome->of);
-  const bool whole = stream != NULL && ferror(stream) == 0;
-  const bool written = stream != NULL && fclose(stream) == 0 && whole && text != NULL;
-  if (written)
-    json_string(request->result, "list", text);
+  // the list, as its file would have it
+  char *text = made_text(outcome->write_list, outcome->of, NULL);
+  if (text == NULL)
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for %s", form->list);
+  json_string(request->result, "list", text);
   free(text);
-  return written ? THRUM_OK
-                 : thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for %s", form->list);
+  return THRUM_OK;
 }
 
 thrum_status experiments_publish(const experiments_request *request,

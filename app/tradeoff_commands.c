@@ -11,6 +11,7 @@
 #include "driver/model/basis_estimate.h"
 #include "driver/spec/shared_options.h"
 #include "io/json.h"
+#include "io/made_text.h"
 #include "io/number_text.h"
 #include "io/shell_word.h"
 #include "mesh/formats/mesh_read.h"
@@ -120,7 +121,8 @@ static int64_t rank_of(const tradeoff_commands *c) {
   return recipe->modes > 0 ? recipe->rank : c->problem->model->rank;
 }
 
-static void put_precompute(FILE *stream, const tradeoff_commands *c) {
+static void put_precompute(FILE *stream, const void *of) {
+  const tradeoff_commands *c = of;
   const tradeoff_recipe *recipe = recipe_of(c);
   char model[600];
 
@@ -164,7 +166,8 @@ static double accepted_of(const tradeoff_commands *c) {
   return twice > BASIS_ACCEPTED ? fmin(twice, 1) : 0;
 }
 
-static void put_simulate(FILE *stream, const tradeoff_commands *c) {
+static void put_simulate(FILE *stream, const void *of) {
+  const tradeoff_commands *c = of;
   const tradeoff_run *run = run_of(c);
   const tradeoff_recipe *recipe = recipe_of(c);
   char path[600];
@@ -188,21 +191,6 @@ static void put_simulate(FILE *stream, const tradeoff_commands *c) {
   put_number(stream, "--time", c->request->time);
   snprintf(path, sizeof path, "%.500s/run", c->request->output);
   put_text(stream, "-o", path);
-}
-
-/* One of the commands, as a text that the caller frees; NULL: there is none, or no memory. */
-static char *text_of(const tradeoff_commands *c,
-                     void (*putter)(FILE *, const tradeoff_commands *)) {
-  char *text = NULL;
-  size_t size = 0;
-  FILE *stream = open_memstream(&text, &size);
-  if (stream == NULL)
-    return NULL;
-  putter(stream, c);
-  if (fclose(stream) == 0)
-    return text;
-  free(text);
-  return NULL;
 }
 
 /* The chosen setting, as simulate and precompute take it from an options file. */
@@ -275,14 +263,17 @@ thrum_status tradeoff_commands_write(const tradeoff_commands *c, const char *fol
                     : THRUM_OK;
 }
 
-void tradeoff_commands_add(const tradeoff_commands *c, cJSON *object) {
+thrum_status tradeoff_commands_add(const tradeoff_commands *c, cJSON *object, thrum_error *error) {
   cJSON *item = cJSON_AddObjectToObject(object, "commands");
-  char *precompute = is_made(c) ? text_of(c, put_precompute) : NULL;
-  char *simulate = text_of(c, put_simulate);
+  char *precompute = is_made(c) ? made_text(put_precompute, c, NULL) : NULL;
+  char *simulate = made_text(put_simulate, c, NULL);
+  const bool whole = simulate != NULL && (precompute != NULL || !is_made(c));
   json_string(item, "precompute", precompute);
-  json_string(item, "simulate", simulate != NULL ? simulate : "");
+  json_string(item, "simulate", simulate);
   free(precompute);
   free(simulate);
+  return whole ? THRUM_OK
+               : thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the commands");
 }
 
 void tradeoff_commands_print(const tradeoff_commands *c) {

@@ -22,7 +22,8 @@ thrum_status tradeoff_commands_write(const tradeoff_commands *commands, const ch
                                      thrum_error *error);
 
 /* Adds "commands": the texts. */
-void tradeoff_commands_add(const tradeoff_commands *commands, cJSON *object);
+thrum_status tradeoff_commands_add(const tradeoff_commands *commands, cJSON *object,
+                                   thrum_error *error);
 void tradeoff_commands_print(const tradeoff_commands *commands);
 
 #endif

@@ -296,33 +296,12 @@ static void put_units(FILE *out) {
         out);
 }
 
-/* One text; NULL where a stream says that there is no memory. */
-static char *text_once(fmu_put *put, const void *of, size_t *size) {
-  char *text = NULL;
-  FILE *out = open_memstream(&text, size);
-  if (out == NULL)
-    return NULL;
-  put(out, of);
-  const bool failed = ferror(out) != 0;
-  if (fclose(out) == 0 && !failed)
-    return text;
-  free(text);
-  return NULL;
-}
-
-thrum_status fmu_text(fmu_put *put, const void *of, char **text, size_t *size, thrum_error *error) {
-  // a stream in memory that could not grow has lost some bytes and may not say so: it is made twice
-  size_t again = 0;
-  char *first = text_once(put, of, size), *second = text_once(put, of, &again);
-  const bool whole = first != NULL && second != NULL && *size == again && again > 0 &&
-                     memcmp(first, second, again) == 0;
-  free(second);
-  if (whole) {
-    *text = first;
-    return THRUM_OK;
-  }
-  free(first);
-  return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a text of the FMU");
+thrum_status fmu_text(made_text_put *put, const void *of, char **text, size_t *size,
+                      thrum_error *error) {
+  *text = made_text(put, of, size);
+  return *text != NULL
+             ? THRUM_OK
+             : thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a text of the FMU");
 }
 
 static void put_model(FILE *out, const void *description) {

@@ -7,6 +7,7 @@
 #include <stdio.h>
 
 #include "driver/export/fmu/fmu_body.h"
+#include "io/made_text.h"
 #include "thrum/status.h"
 
 typedef struct fmu_description {
@@ -27,7 +28,7 @@ thrum_status fmu_build_description(const fmu_description *of, char **text, size_
                                    thrum_error *error);
 
 /* A text that `put` writes, which the caller frees; no part of it is lost without a failure. */
-typedef void fmu_put(FILE *out, const void *of);
-thrum_status fmu_text(fmu_put *put, const void *of, char **text, size_t *size, thrum_error *error);
+thrum_status fmu_text(made_text_put *put, const void *of, char **text, size_t *size,
+                      thrum_error *error);
 
 #endif
