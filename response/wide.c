@@ -3,8 +3,9 @@
 
 #include "response/wide.h"
 
-WIDE void thrum_wide_product(int64_t rows, int64_t columns, const double *restrict matrix,
-                             const double *restrict x, double *restrict y) {
+/* The loops; static, for gcc exports the forms of a function that is not. */
+WIDE static void add_rows(int64_t rows, int64_t columns, const double *restrict matrix,
+                          const double *restrict x, double *restrict y) {
   const double *a = matrix;
   int64_t i = 0;
 
@@ -23,4 +24,9 @@ WIDE void thrum_wide_product(int64_t rows, int64_t columns, const double *restri
   for (; i < rows; i++, a += columns)
     for (int64_t c = 0; c < columns; c++)
       y[c] += x[i] * a[c];
+}
+
+void thrum_wide_product(int64_t rows, int64_t columns, const double *matrix, const double *x,
+                        double *y) {
+  add_rows(rows, columns, matrix, x, y);
 }
