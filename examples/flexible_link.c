@@ -3,7 +3,8 @@
  * The two are an arm, whose joint is solved in each step: first in free flight, where no momentum
  * may be lost, then hung from the world, beside the same arm as a scene of Thrum alone. The program
  * fails where a momentum changes by 1e-10 of its size, or the tip is 2 % off.
- * flexible_link free.npz SPDX-License-Identifier: Apache-2.0 */
+ * It needs the library of scenes, pkg-config thrum-scene. flexible_link free.npz
+ * SPDX-License-Identifier: Apache-2.0 */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>

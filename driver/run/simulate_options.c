@@ -32,6 +32,9 @@ static thrum_status take_probe(const config_given *given, void *request) {
   *probe = (probe_spec){.name = given->text};
   if (load_target_parse(given->text, "--probe", &probe->target, &error) < 0)
     return config_given_refuse(given, "%s", error.message);
+  for (int64_t n = 0; n < r->probe_count; n++)
+    if (load_target_equal(&r->probes[n].target, &probe->target))
+      return THRUM_OK;
   r->probe_count++;
   return THRUM_OK;
 }
