@@ -27,7 +27,7 @@ static thrum_status check_sizes(const thrum_model *model, int64_t steps, thrum_e
   if (steps < 1)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "a tape of %lld steps: it needs 1 or more", (long long)steps);
-  const uint64_t each = 4 * (uint64_t)model->rank * sizeof(double);
+  const uint64_t each = 5 * (uint64_t)model->rank * sizeof(double);
   if ((uint64_t)steps >= BYTES_MOST / each)
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY,
                            "a tape of %lld steps needs more memory than this machine can address",
@@ -49,6 +49,7 @@ static size_t lay(thrum_tape *tape, const thrum_model *model, int64_t steps,
                       {&tape->q, points * r},
                       {&tape->p, points * r},
                       {&tape->force, points * r},
+                      {&tape->force_bar, points * r},
                       {&tape->end_q, r},
                       {&tape->end_p, r},
                       {&s->start.force, r},

@@ -111,26 +111,37 @@ static void add_moved(const thrum_step_change *change, double by, const double *
       change->part[g] += by * product(bar, change->parts[g].mass, q, n);
 }
 
-/* What the sums over all steps say. */
-static void put_sums(const thrum_model *model, const thrum_tape *tape,
+/* What the sums over all steps say; false, and nothing is written, where one is not finite. */
+static bool put_sums(const thrum_model *model, const thrum_tape *tape,
                      const thrum_step_change *change, double loads, thrum_tape_gradient *gradient) {
+  const int64_t r = tape->rank;
   double alpha = 0.0, beta = 0.0;
-  for (int64_t i = 0; i < tape->rank; i++) {
+  for (int64_t i = 0; i < r; i++) {
     alpha += change->damping[i];
     beta += model->omega2[i] * change->damping[i];
   }
+  const double stiffness = change->stiffness + tape->step.equation.damping_beta * beta;
+  const double sums[] = {alpha, beta, stiffness, loads};
+  if (!thrum_all_finite(change->q, r) || !thrum_all_finite(change->p, r) ||
+      !thrum_all_finite(change->damping, r) || !thrum_all_finite(sums, 4) ||
+      !thrum_all_finite(change->part, change->part_count) ||
+      !thrum_all_finite(tape->force_bar, tape->count * r))
+    return false;
   gradient->alpha = alpha;
   gradient->beta = beta;
-  gradient->stiffness = change->stiffness + tape->step.equation.damping_beta * beta;
-  gradient->density = -gradient->stiffness - loads;
+  gradient->stiffness = stiffness;
+  gradient->density = -stiffness - loads;
 
-  const size_t vector = (size_t)tape->rank * sizeof(double);
+  const size_t vector = (size_t)r * sizeof(double);
+  if (gradient->force)
+    memcpy(gradient->force, tape->force_bar, (size_t)tape->count * vector);
   if (gradient->q)
     memcpy(gradient->q, change->q, vector);
   if (gradient->p)
     memcpy(gradient->p, change->p, vector);
   if (gradient->damping)
     memcpy(gradient->damping, change->damping, vector);
+  return true;
 }
 
 thrum_status thrum_tape_pull_back(const thrum_model *model, thrum_tape *tape, const double *q_bar,
@@ -173,19 +184,17 @@ thrum_status thrum_tape_pull_back(const thrum_model *model, thrum_tape *tape, co
     add_moved(&change, -0.5, change.force, made.force, r);
     for (int64_t i = 0; i < r; i++)
       loads += made.force[i] * change.force[i];
-    if (gradient->force)
-      memcpy(gradient->force + k * r, change.force, vector);
+    memcpy(tape->force_bar + k * r, change.force, vector);
   }
   thrum_linear_step_end_pull(&tape->step, tape->q, &change);
   add_moved(&change, 0.5, change.q, tape->q, r);
   add_moved(&change, 0.5, change.p, tape->p, r);
   add(change.q, q_bar, r);
   add(change.p, p_bar, r);
-  if (!thrum_all_finite(change.q, r) || !thrum_all_finite(change.p, r))
+  if (!put_sums(model, tape, &change, loads, gradient))
     return thrum_error_set(error, THRUM_NOT_FINITE,
                            "the gradient leaves the range of finite numbers: a run this long and "
                            "this chaotic has none of use");
-  put_sums(model, tape, &change, loads, gradient);
   return THRUM_OK;
 }
 

@@ -16,6 +16,7 @@ struct thrum_tape {
   double *q, *p;                /* (most + 1) x rank */
   double *end_q, *end_p;        /* rank each: of the state that it records, as that has them */
   double *force;                /* (most + 1) x rank: none, then that of each step */
+  double *force_bar;            /* most x rank: of a pass back, until it has come through */
   int32_t *form;                /* of each step, or THRUM_TAPE_DIVIDED */
 
   /* For the passes over the tape. */

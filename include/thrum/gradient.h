@@ -146,7 +146,8 @@ typedef struct thrum_tape_gradient {
  * first ((steps + 1) x rank each; NULL: it does not depend on them). Costs about a tangent
  * stiffness and 2/3 rank^3 a step. THRUM_UNSUPPORTED with the step and its time where one was
  * divided by a fallback level, THRUM_SINGULAR, THRUM_BAD_VALUE where a derivative given is not
- * finite, THRUM_NOT_FINITE where the gradient is not. The outputs then stay as they were. */
+ * finite, THRUM_NOT_FINITE where the gradient is not. The outputs then stay as they were, but for
+ * `part`, in which the sums are made. */
 THRUM_API thrum_status thrum_tape_pull_back(const thrum_model *model, thrum_tape *tape,
                                             const double *q_bar, const double *p_bar,
                                             thrum_tape_gradient *gradient, thrum_error *error);

@@ -631,6 +631,32 @@ static void a_state_that_is_elsewhere_is_not_recorded(void **context) {
   random_model_free(&body);
 }
 
+/* Forces of late steps that are finite are not written where those of early ones are not. */
+static void a_gradient_that_overflows_writes_nothing(void **context) {
+  (void)context;
+  random_model body;
+  random_model_make(&body, 4, RANK, 20, 200, 1);
+  const thrum_state_def def = thrum_default_state_def();
+  thrum_state *state = state_make(&body.model, &def);
+  thrum_tape *tape = NULL;
+  double q[RANK] = {0.01}, bar[4 * RANK] = {0}, force[3 * RANK] = {0};
+  assert_int_equal(thrum_tape_create(&body.model, 3, &tape, NULL), THRUM_OK);
+  assert_int_equal(thrum_tape_start(&body.model, tape, state, q, NULL, NULL), THRUM_OK);
+  assert_true(thrum_tape_run(&body.model, tape, state, NULL, 3, NULL, NULL) >= 0);
+  for (int n = 0; n < 3 * RANK; n++)
+    bar[n] = 1.7e308;
+  bar[3 * RANK] = 1;
+  thrum_tape_gradient gradient = {.q = q, .force = force, .alpha = 7};
+  assert_int_equal(thrum_tape_pull_back(&body.model, tape, bar, bar, &gradient, NULL),
+                   THRUM_NOT_FINITE);
+  for (int n = 0; n < 3 * RANK; n++)
+    assert_true(force[n] == 0);
+  assert_true(q[0] == 0.01 && gradient.alpha == 7);
+  thrum_tape_destroy(tape);
+  state_free(state);
+  random_model_free(&body);
+}
+
 static void bad_calls_are_refused(void **context) {
   (void)context;
   random_model body, other;
@@ -693,6 +719,7 @@ int main(void) {
       cmocka_unit_test(what_has_no_gradient_is_refused),
       cmocka_unit_test(a_divided_step_is_not_passed),
       cmocka_unit_test(a_state_that_is_elsewhere_is_not_recorded),
+      cmocka_unit_test(a_gradient_that_overflows_writes_nothing),
       cmocka_unit_test(bad_calls_are_refused),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
