@@ -71,23 +71,33 @@ static thrum_status read_head(thrum_text *text, recording *found, head *h) {
   return THRUM_OK;
 }
 
+/* A number that has its cell, up to `end`, to itself. */
+static thrum_status read_cell(thrum_text *text, const char *end, const char *what, double *value) {
+  const char *const line_end = text->end;
+  text->end = end;
+  THRUM_TRY(thrum_text_number(text, what, value));
+  THRUM_TRY(thrum_text_finish(text, what));
+  text->end = line_end;
+  return THRUM_OK;
+}
+
+/* Commas alone end a cell: one that is passed over may be empty, or have blanks. */
 static thrum_status read_row(thrum_text *text, const head *h, recording *found) {
   double *values = found->values + found->rows * found->column_count;
-  for (int c = 0; c < h->count; c++) {
-    double value = 0;
-    thrum_word word;
-    if (h->place[c] == PASSED_OVER) {
-      if (!thrum_text_word(text, &word))
-        return thrum_text_fail(text, THRUM_BAD_FORMAT, "it has fewer columns than names");
-      continue;
-    }
-    THRUM_TRY(thrum_text_number(text, h->place[c] == TIME ? "the time" : "a displacement", &value));
+  const char *end = text->start;
+  for (int c = 0; c < h->count; c++, end++) {
+    if (end > text->end)
+      return thrum_text_fail(text, THRUM_BAD_FORMAT, "it has fewer columns than names");
+    text->at = end;
+    while (end < text->end && *end != ',')
+      end++;
     if (h->place[c] == TIME)
-      found->times[found->rows] = value;
-    else
-      values[h->place[c]] = value;
+      THRUM_TRY(read_cell(text, end, "the time", &found->times[found->rows]));
+    else if (h->place[c] != PASSED_OVER)
+      THRUM_TRY(read_cell(text, end, "a displacement", &values[h->place[c]]));
   }
-  THRUM_TRY(thrum_text_finish(text, "the row"));
+  if (end <= text->end)
+    return thrum_text_fail(text, THRUM_BAD_FORMAT, "it has more columns than names");
 
   // time goes on
   const double time = found->times[found->rows];

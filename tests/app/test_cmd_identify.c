@@ -203,6 +203,9 @@ static void bad_recordings_are_refused(void **state) {
       {"time_s,near:1 0 0.x_m\n0,1\n1,nan\n2,1\n", "bad.csv:3"},
       {"time_s,near:1 0 0.x_m\n0,1\n1\n2,1\n", "bad.csv:3"},
       {"time_s,near:1 0 0.x_m\n0,0\n1,0\n2,0\n3,0\n", "nothing moves"},
+      {"time_s,near:1 0 0.x_m\n0,1\n1,5 0.5\n2,1\n", "bad.csv:3"},
+      {"time_s,near:1 0 0.x_m\n0,1\n1,5,7\n2,1\n", "more columns"},
+      {"note,time_s,near:1 0 0.x_m\n,0,0\na b,1,0\nc,2,0\n", "nothing moves"},
       {"time_s,nogroup.x_m\n0,1\n1,1\n2,1\n", "nogroup"},
   };
   for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
