@@ -661,8 +661,8 @@ thrum_status thrum_pairs_step_group(thrum_pairs_run *run, const thrum_contact_li
     const thrum_status of = run->members[n].status;
     if (!thrum_pairs_steps(run, n))
       continue;
-    thrum_contact_finish(run->view.runs + n);
-    if (rests_on_another(run, n))
+    const bool calmed = thrum_contact_finish(run->view.runs + n);
+    if (!calmed && rests_on_another(run, n))
       run->history->lost += thrum_contact_calm(run->view.runs + n);
     if (!thrum_contact_whole_is_finite(run->members[n].environment)) {
       put_back(run, n);

@@ -207,13 +207,14 @@ static void give_back(thrum_contact_run *run, double lost) {
   contact->driven += driven;
 }
 
-void thrum_contact_finish(thrum_contact_run *run) {
+bool thrum_contact_finish(thrum_contact_run *run) {
   const thrum_contact_environment *environment = run->environment;
   const double lost = run->contact->lost;
   memcpy(run->moved, run->contact->moved, sizeof run->moved);
   memcpy(run->turned, run->contact->turned, sizeof run->turned);
   thrum_contact_settle(run, thrum_state_view_of(run->state).q);
-  if (rests(run))
+  const bool calmed = rests(run);
+  if (calmed)
     run->contact->impact += thrum_contact_calm(run);
   if (environment->translation)
     thrum_translation_step(environment->translation, run->contact->force, run->dt);
@@ -224,6 +225,7 @@ void thrum_contact_finish(thrum_contact_run *run) {
                            run->dt, NULL);
   give_back(run, run->contact->lost - lost);
   run->contact->begun = 0;
+  return calmed;
 }
 
 thrum_status thrum_contact_end(const thrum_model *model, thrum_state *state, thrum_contact *contact,

@@ -48,7 +48,8 @@ void thrum_contact_again(thrum_contact_run *run);
  * they had [J]. */
 double thrum_contact_calm(thrum_contact_run *run);
 
-/* Books the energy of the step, and moves the body as a whole. */
-void thrum_contact_finish(thrum_contact_run *run);
+/* Books the energy of the step, and moves the body as a whole. True where it has calmed it, as it
+ * rests on an obstacle: once a step is what damps it critically. */
+bool thrum_contact_finish(thrum_contact_run *run);
 
 #endif
