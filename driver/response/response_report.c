@@ -27,6 +27,8 @@ const char *response_flag(const response_curve *curve, const response_worth *wor
   case THRUM_RESPONSE_END_CLOSED:
     break;
   }
+  if (curve->report.tail > TAIL_WARNED)
+    return "coarse";
   return worth->count > 0 && !(worth->largest <= curve->request->check_error) ? "missed" : NULL;
 }
 

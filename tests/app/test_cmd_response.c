@@ -301,6 +301,18 @@ static void a_mesh_that_misses_its_orbit_flags_the_curve(void **state) {
   cJSON_Delete(object);
 }
 
+static void too_few_harmonics_flag_the_curve(void **state) {
+  (void)state;
+  cJSON *object =
+      object_of(thrum_run(folder, "response", "beam.npz", "--load", LOAD, "--damping-ratio", "0.01",
+                          "--from", "20", "--to", "25", "--harmonics", "3", "--stability", "off",
+                          "--no-check", "--json", "-q", NULL),
+                3);
+  assert_true(json_value(object, "tail") > 1e-3);
+  assert_string_equal(cJSON_GetObjectItemCaseSensitive(object, "status")->valuestring, "coarse");
+  cJSON_Delete(object);
+}
+
 static void bad_input_is_one_line(void **state) {
   (void)state;
   refuse(2, "which curve", thrum_run(folder, "response", "beam.npz", NULL));
@@ -340,6 +352,7 @@ int main(void) {
       cmocka_unit_test(a_backbone_ends_at_its_amplitude),
       cmocka_unit_test(a_backbone_ends_at_the_size_of_the_body),
       cmocka_unit_test(a_mesh_that_misses_its_orbit_flags_the_curve),
+      cmocka_unit_test(too_few_harmonics_flag_the_curve),
       cmocka_unit_test(bad_input_is_one_line),
   };
   return cmocka_run_group_tests(tests, make_models, remove_folder);
