@@ -208,11 +208,17 @@ thrum_status thrum_normal_form_find(const thrum_model *model, int64_t mode, doub
                                "cannot follow that of one mode",
                                (long long)with + 1, order - 2 * b, (long long)mode + 1);
     }
-  *found = (thrum_normal_form){.omega = s.omega};
+  thrum_normal_form answer = {.omega = s.omega};
   double power = 1; // of the scale: pow of newer C libraries would ask wheels for them
   for (int k = 1; k <= ORDER / 2; k++) {
     power *= scale * scale;
-    found->coefficients[k - 1] = s.f[k] / power;
+    answer.coefficients[k - 1] = s.f[k] / power;
+    if (!isfinite(answer.coefficients[k - 1]))
+      return thrum_error_set(error, THRUM_NOT_FINITE,
+                             "scale %g is far from the amplitude at which the nonlinear forces are "
+                             "as large as the linear one",
+                             scale);
   }
+  *found = answer;
   return THRUM_OK;
 }

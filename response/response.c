@@ -551,16 +551,17 @@ static bool cut(curve *c, int64_t index, double value) {
   return true;
 }
 
-/* Whether the curve ends with c->next, which is then moved to the end. */
-static bool ends(curve *c) {
+/* Whether the curve ends with c->next, which is then moved to the end; *lost: it was not found
+ * there, and c->next is no motion. */
+static bool ends(curve *c, bool *lost) {
   const thrum_response_def *def = c->def;
   const int64_t n = c->balance.unknowns;
   const double low = fmin(def->from, def->to), high = fmax(def->from, def->to);
   const double omega = c->next.omega;
   if (def->mode >= 0) {
     const int64_t index = c->balance.rank + def->mode;
-    if (fabs(c->next.x[index]) > def->amplitude &&
-        cut(c, index, copysign(def->amplitude, c->next.x[index]))) {
+    if (fabs(c->next.x[index]) > def->amplitude) {
+      *lost = !cut(c, index, copysign(def->amplitude, c->next.x[index]));
       c->report.end = THRUM_RESPONSE_END_AMPLITUDE;
       return true;
     }
@@ -575,8 +576,7 @@ static bool ends(curve *c) {
   const bool at_from = def->mode < 0 && bound == def->from;
   if (at_from && c->given)
     return false;
-  if (!cut(c, n, bound))
-    return false;
+  *lost = !cut(c, n, bound);
   c->report.end = at_from ? THRUM_RESPONSE_END_LEFT : THRUM_RESPONSE_END_ARRIVED;
   return true;
 }
@@ -662,7 +662,10 @@ static void follow(curve *c) {
   c->step = STEP_FIRST * longest;
   while (c->report.points < c->def->points) {
     measure_anew(c);
-    if (!advance(c)) {
+    bool lost = !advance(c);
+    const int32_t iterations = c->corrector.last_iterations;
+    const bool last = !lost && ends(c, &lost);
+    if (lost) {
       c->step *= 0.5;
       if (c->step_before > 0 && c->step < STEP_CUT * c->step_before)
         turn_anew(c);
@@ -672,8 +675,7 @@ static void follow(curve *c) {
       }
       continue;
     }
-    const int32_t iterations = c->corrector.last_iterations;
-    const bool last = ends(c), closed = closes(c);
+    const bool closed = closes(c);
     if (!show_piece(c)) {
       c->report.end = THRUM_RESPONSE_END_STOPPED;
       return;

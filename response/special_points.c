@@ -57,8 +57,12 @@ static double find_fold(thrum_piece *piece) {
   for (int it = 0; it < FALSE_POSITIONS && at_low * at_high < 0; it++) {
     const double middle = (low * at_high - high * at_low) / (at_high - at_low);
     const double at_middle = turn_at(piece, middle);
-    if (fabs(at_middle) <= EXACT_FOLD || !(fabs(at_middle) > 0))
+    if (fabs(at_middle) <= EXACT_FOLD)
       return middle;
+
+    // where no motion is found, the nearest that was
+    if (isnan(at_middle))
+      return fabs(at_low) < fabs(at_high) ? low : high;
 
     // the end that stays twice counts half
     if (at_middle * at_high < 0) {
@@ -140,8 +144,9 @@ int32_t thrum_piece_specials(thrum_piece *piece, double positions[THRUM_SPECIAL_
   // one change of stability after the other
   double low = 0;
   int32_t unstable = piece->unstable_begin;
-  while (piece->floquet != NULL && unstable >= 0 && piece->unstable_end >= 0 &&
-         unstable != piece->unstable_end && count < THRUM_SPECIAL_MAX) {
+  for (int it = 1; piece->floquet != NULL && unstable >= 0 && piece->unstable_end >= 0 &&
+                   unstable != piece->unstable_end && it < THRUM_SPECIAL_MAX;
+       it++) {
     thrum_response_kind kind = THRUM_RESPONSE_REGULAR;
     unstable = find_change(piece, low, unstable, &low, &kind);
     const bool crosses = kind != THRUM_RESPONSE_BRANCH || sign_at(piece, 0) * sign_at(piece, 1) < 0;

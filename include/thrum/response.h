@@ -207,9 +207,11 @@ THRUM_API thrum_status thrum_normal_form_size(const thrum_model *model, int64_t 
 
 /* Finds the normal form of the mode (0-based) of a polynomial of all coordinates. scale: amplitude
  * of the mode at which its nonlinear forces are about as large as the linear one, of the
- * coordinate; only rounding depends on it. `workspace` has thrum_normal_form_size bytes and is
+ * coordinate. Rounding grows with it, that of e by about its eleventh power: keep it within a few
+ * times that amplitude. `workspace` has thrum_normal_form_size bytes and is
  * aligned to 64. THRUM_SINGULAR where another mode has a multiple of the frequency to 1e-3 of its
- * square, THRUM_MISSING without a polynomial or where the model is condensed,
+ * square, THRUM_NOT_FINITE where scale is too far from that amplitude, THRUM_MISSING
+ * without a polynomial or where the model is condensed,
  * THRUM_INVALID_ARGUMENT, THRUM_MISALIGNED, THRUM_BUFFER_TOO_SMALL. */
 THRUM_API thrum_status thrum_normal_form_find(const thrum_model *model, int64_t mode, double scale,
                                               void *workspace, size_t workspace_size,

@@ -459,8 +459,12 @@ static void the_normal_form_is_the_backbone_at_small_amplitudes(void **context) 
     size_t size = 0;
     assert_int_equal(thrum_normal_form_size(&m.model, 0, &size, NULL), THRUM_OK);
     void *memory = aligned_alloc(64, (size + 63) / 64 * 64);
-    thrum_normal_form form, other;
+    thrum_normal_form form, other = {.omega = 7};
     assert_int_equal(thrum_normal_form_find(&m.model, 0, 0.3, memory, size, &form, NULL), THRUM_OK);
+    const thrum_normal_form kept = other;
+    assert_int_equal(thrum_normal_form_find(&m.model, 0, 1e33, memory, size, &other, NULL),
+                     THRUM_NOT_FINITE);
+    assert_memory_equal(&other, &kept, sizeof kept);
     assert_int_equal(thrum_normal_form_find(&m.model, 0, 0.6, memory, size, &other, NULL),
                      THRUM_OK);
     for (int k = 0; k < 3; k++)
