@@ -107,5 +107,10 @@ thrum_status array_code_write(const char *path, array_library library, const thr
   thrum_file_writer writer = {0};
   thrum_status status = thrum_file_writer_open(path, &writer, error);
   THRUM_THEN(status, write_code(&writer, library, coefficients, error));
-  return thrum_file_writer_end(&writer, status, error);
+  status = thrum_file_writer_end(&writer, status, error);
+
+  // the numbers are of no use without the code
+  if (status < 0)
+    remove(coefficients);
+  return status;
 }

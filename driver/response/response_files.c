@@ -96,12 +96,6 @@ static thrum_status write_starts(const response_curve *c, const char *folder, th
   for (int64_t n = 0; n < c->request->start_count && status >= 0; n++) {
     char path[PATH_MAX_HERE];
     const int64_t point = c->request->starts[n];
-    if (point > c->count) {
-      status = thrum_error_set(error, THRUM_INVALID_ARGUMENT,
-                               "--start %" PRId64 ": the curve has points 1 to %" PRId64, point,
-                               c->count);
-      break;
-    }
     response_curve_state(c, point - 1, state, state + rank);
     snprintf(path, sizeof path, "%s/point_%" PRId64 ".npy", folder, point);
     status = thrum_npy_write_f8(path, state, 2, rank, error);
@@ -146,6 +140,13 @@ thrum_status response_files_write(const response_curve *curve, const char *text,
   char path[PATH_MAX_HERE];
   if (folder == NULL)
     return THRUM_OK;
+
+  // what cannot be written is refused before anything is
+  for (int64_t n = 0; n < curve->request->start_count; n++)
+    if (curve->request->starts[n] > curve->count)
+      return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                             "--start %" PRId64 ": the curve has points 1 to %" PRId64,
+                             curve->request->starts[n], curve->count);
   THRUM_TRY(folder_make(folder, error));
   snprintf(path, sizeof path, "%s/response.csv", folder);
   THRUM_TRY(write_csv(curve, path, error));

@@ -338,6 +338,7 @@ static void bad_input_is_one_line(void **state) {
   refuse(1, "curve has points",
          thrum_run(folder, "response", "beam.npz", "--mode", "1", "--start", "999999", "-o", "none",
                    "-q", NULL));
+  assert_false(file_exists(in_folder("none/response.csv")));
 }
 
 int main(void) {

@@ -37,6 +37,13 @@ class Arrays(unittest.TestCase):
         self.assertEqual(one.shape, other.shape)
         self.assertLessEqual(abs(one - other).max(), share * abs(other).max())
 
+    def test_what_cannot_be_written_leaves_nothing(self):
+        folder = Path(FOLDER, "taken.py")
+        folder.mkdir()
+        run = subprocess.run([PROGRAM, "export", beam_file(), "--numpy", folder], capture_output=True)
+        self.assertEqual(run.returncode, 1)
+        self.assertFalse(Path(FOLDER, "taken_coefficients.npz").exists())
+
     def test_energy_force_and_tangent_are_those_of_the_library(self):
         model, code = beam(), exported("numpy")
         q, _ = states(3, code.RANK)
