@@ -25,6 +25,7 @@
 #include "response/eigenvalues.h"
 #include "response/square_system.h"
 #include "response/wide.h"
+#include "runtime/material/elementary.h"
 #include "thrum/polynomial.h"
 
 #define OUTSIDE                                                                                    \
@@ -271,9 +272,11 @@ static double growth(const thrum_floquet *f) {
   int64_t own[2];
   double sum = 0;
   find_own(f, own);
-  for (int64_t i = 0; i < 2 * f->balance->rank; i++)
-    if (i != own[0] && i != own[1])
-      sum += log(fmax(thrum_magnitude(f->values[2 * i], f->values[2 * i + 1]), 1));
+  for (int64_t i = 0; i < 2 * f->balance->rank; i++) {
+    const double more = thrum_magnitude(f->values[2 * i], f->values[2 * i + 1]) - 1;
+    if (i != own[0] && i != own[1] && more > 0)
+      sum += more - thrum_beyond_logarithm(more);
+  }
   return sum;
 }
 

@@ -102,7 +102,8 @@ class Rollout:
     def pull_back(self, q_bar: Any = None, p_bar: Any = None, *, parameters: bool = False) -> Gradient:
         """The gradient of a loss from its derivatives by q and p, (steps + 1) x r each; None: it does not depend on them.
 
-        parameters: by `Model.parameters` as well, of a run without factors of stiffness and density. Unsupported where a step was divided by a fallback level. Costs about two more runs. One thread at a time.
+        parameters: by `Model.parameters` as well, of a run without factors of stiffness and density. Unsupported where a
+            step was divided by a fallback level. Costs about two more runs. One thread at a time.
         """
         shape, rank = (self.steps + 1, self.model.rank), self.model.rank
         bars = [None if value is None else _native.doubles(value, shape, name)
@@ -179,7 +180,7 @@ def hessian_product(loss: Loss, model: Model, steps: int, q: Any = None, p: Any 
     1e-6 where a step is small beside what it changes and the tolerance of the run is 1e-13.
     """
     held: dict[str, Any] = {"q": q, "p": p, "force": force, **options}
-    defaults = {"q": np.zeros(model.rank), "p": np.zeros(model.rank), "force": np.zeros((steps, model.rank)),
+    defaults: dict[str, Any] = {"q": np.zeros(model.rank), "p": np.zeros(model.rank), "force": np.zeros((steps, model.rank)),
                 "damping_alpha": 0.0, "damping_beta": 0.0, "stiffness": 1.0, "density": 1.0}
     found = []
     for side in (step, -step):

@@ -285,18 +285,20 @@ class Model:
 
     @property
     def parameters(self) -> Array:
-        """Lame's lambda and mu [Pa] and the density [kg/m^3] of each region, regions x 3; Unsupported for a model that was made
+        """Lame's lambda and mu [Pa] and the density [kg/m^3] of each region, regions x 3; no rows for a model that was made
         without `--parameters`."""
-        values = np.empty((max(1, lib.thrum_model_parameter_count(self._c) // 3), 3))
-        call(lib.thrum_model_parameters_get, self._c, _native.pointer(values))
-        return values
+        values = np.empty((lib.thrum_model_parameter_count(self._c) // 3, 3))
+        if values.size > 0:
+            call(lib.thrum_model_parameters_get, self._c, _native.pointer(values))
+        return _native.read_only(values)
 
     def with_parameters(self, values: Any) -> Model:
         """The body of other `parameters` (regions x 3), with modes of its own and at the same cost.
 
         Its basis spans what that of this model spans. Failures: thrum_model_set_parameters.
         """
-        return self._derived("parameters", *_native.doubles(values, self.parameters.shape, "values").ravel().tolist())
+        shape = (max(1, len(self.parameters)), 3)  # where there are none the library says so
+        return self._derived("parameters", *_native.doubles(values, shape, "values").ravel().tolist())
 
     def _with_parameters(self, *values: float) -> Model:
         size, work, made = ffi.new("size_t *"), ffi.new("size_t *"), ffi.new("const thrum_model **")

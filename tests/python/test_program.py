@@ -77,7 +77,7 @@ class Interrupts(unittest.TestCase):
         model = beam()
         load = model.external_load((0, 0, -1e-3), group="tip")
         with mock.patch("thrum.equilibrium.lib") as library:
-            library.thrum_default_equilibrium_def = thrum._native.lib.thrum_default_equilibrium_def
+            library.thrum_equilibrium_def_init = thrum._native.lib.thrum_equilibrium_def_init
             library.thrum_equilibrium_size = thrum._native.lib.thrum_equilibrium_size
             library.thrum_equilibrium = lambda *_: time.sleep(3) or 0
             self.interrupted(lambda: model.equilibrium(load))
