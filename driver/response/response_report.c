@@ -245,7 +245,7 @@ void response_report_warn(const response_curve *curve, const response_worth *wor
                 "take a load",
                 (long long)mode + 1, (long long)twin + 1);
   if (worth->left_out)
-    config_warn("the mesh is large, so nobody looked whether it follows these orbits: --check 1 "
+    config_warn("the mesh takes long, so nobody looked whether it follows these orbits: --check 1 "
                 "does (--no-check is silent)");
   if (worth->count > 0 && !(worth->largest <= request->check_error))
     config_warn("the mesh misses an orbit by %.2g %% in a period: take more --modes with all their "

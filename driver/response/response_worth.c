@@ -20,7 +20,9 @@
 
 #define STEPS RESPONSE_ORBIT_STEPS
 #define USUAL 3        /* motions where the request leaves it open, */
-#define USUAL_WORK 6e3 /* while they have so many points of tetrahedra together, or one has */
+#define USUAL_WORK 6e3 /* while they have so many points of tetrahedra together, or one has, */
+#define USUAL_SECONDS                                                                              \
+  20.0 /* and until so much time has gone: stiff steps of slender parts are dear */
 
 typedef struct mesh_run {
   const response_curve *curve;
@@ -29,6 +31,8 @@ typedef struct mesh_run {
   double *cosine, *sine, *mean;   /* fields of the loads */
   double *memory;
   double largest; /* displacement of the model */
+  double until;   /* of clock_seconds; no step of the mesh begins after it */
+  bool late;      /* it has come to that, or to a stop */
 } mesh_run;
 
 static double rms(int64_t size, const double *field, const double *less) {
@@ -70,6 +74,9 @@ static thrum_status step_mesh(mesh_run *run, thrum_full *body, const double *q, 
   THRUM_TRY(thrum_displacement(shape, p, 0, shape->vertex_count, run->v, error));
   THRUM_TRY(thrum_full_set(body, run->start, run->v, error));
   for (int64_t step = 0; step < STEPS; step++) {
+    run->late = thrum_stop_requested() || clock_seconds() > run->until;
+    if (run->late)
+      return THRUM_OK;
     double cosine = 0, sine = 0;
     response_orbit_means(step, &cosine, &sine);
     for (int64_t i = 0; i < run->size; i++)
@@ -125,6 +132,8 @@ static thrum_status look_at(mesh_run *run, int64_t row, response_worth_point *po
   THRUM_THEN(status, step_mesh(run, body, q, p, &point->mesh, error));
   thrum_full_free(body);
 
+  if (run->late)
+    return status;
   THRUM_THEN(status, step_model(run, c->rows[row].point.omega, q, p, &point->model, error));
   return status;
 }
@@ -195,6 +204,7 @@ thrum_status response_worth_find(const response_curve *curve, response_worth *wo
   const int64_t count = choose_rows(curve, wanted, rows);
   config_progress progress = config_progress_make(curve->request->quiet);
   const double began = clock_seconds();
+  run.until = curve->request->check < 0 ? began + USUAL_SECONDS : INFINITY;
   thrum_status status = THRUM_OK;
   for (int64_t n = 0; n < count && status >= 0 && !thrum_stop_requested(); n++) {
     config_progress_update(&progress, "orbits of the mesh", (double)n / (double)count);
@@ -205,11 +215,12 @@ thrum_status response_worth_find(const response_curve *curve, response_worth *wo
       worth->points[worth->count].mesh = INFINITY;
       status = THRUM_OK;
     }
-    if (status < 0)
+    if (status < 0 || run.late)
       break;
     worth->largest = fmax(worth->largest, worth->points[worth->count++].mesh);
   }
   config_progress_end(&progress, status >= 0);
+  worth->left_out = run.late && worth->count == 0 && !thrum_stop_requested();
   worth->seconds = clock_seconds() - began;
   free(run.memory);
   return status;

@@ -18,7 +18,7 @@ typedef struct response_worth_point {
 typedef struct response_worth {
   response_worth_point points[RESPONSE_WORTH_MOST];
   int64_t count;
-  bool left_out;  /* the mesh is so large that nobody asked for it */
+  bool left_out;  /* the mesh takes so long that no motion was looked at, as nobody asked for it */
   double largest; /* of the mesh */
   double seconds;
 } response_worth;
