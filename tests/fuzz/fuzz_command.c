@@ -2,14 +2,14 @@
  * that are drawn from their tables.
  *
  * sources: driver/run/simulate_options.c driver/statics/static_options.c
- * driver/make/precompute_request.c driver/spec/job_list.c driver/spec/shared_options.c
- * driver/spec/basis_asked.c driver/spec/damping_spec.c config/options.c config/options_json.c
- * config/options_command.c config/parse.c config/message_error.c driver/spec/load_spec.c
- * mesh/vertex_places.c driver/spec/base_motion_spec.c driver/spec/start_spec.c
- * driver/make/mesh_model.c driver/make/named_model.c driver/spec/model_names.c
- * driver/spec/region_material.c driver/make/train_case.c platform/allocate.c
- * mesh/formats/surface_read.c io/json_read.c io/text.c io/file.c io/paths.c
- * mesh/formats/mesh_read.c mesh/mesh_units.c precompute/full/full.c
+ * driver/model/mesh_of_model.c driver/make/precompute_request.c driver/spec/job_list.c
+ * driver/spec/shared_options.c driver/spec/basis_asked.c driver/spec/damping_spec.c
+ * config/options.c config/options_json.c config/options_command.c config/parse.c
+ * config/message_error.c driver/spec/load_spec.c mesh/vertex_places.c
+ * driver/spec/base_motion_spec.c driver/spec/start_spec.c driver/make/mesh_model.c
+ * driver/make/named_model.c driver/spec/model_names.c driver/spec/region_material.c
+ * driver/make/train_case.c platform/allocate.c mesh/formats/surface_read.c io/json_read.c io/text.c
+ * io/file.c io/paths.c mesh/formats/mesh_read.c mesh/mesh_units.c precompute/full/full.c
  * precompute/options/precompute_options.c platform/interrupt.c core/[a-z]*[a-z]/*.c
  * runtime/[a-z]*[a-z]/*.c SPDX-License-Identifier: Apache-2.0 */
 #include "config/message.h"
