@@ -1,9 +1,10 @@
 /* Elements with rows and points, see solid_elements.h. Solid-shells after Hauptmann, Schweizerhof
  * 1998 (doi:10.1002/(SICI)1097-0207(19980515)42:1<49::AID-NME349>3.0.CO;2-2), Klinkel, Gruttmann,
- * Wagner 2006 (doi:10.1016/j.cma.2005.04.010), with the transverse shear of Dvorkin, Bathe 1984
- * (doi:10.1108/eb023562) or of Lee, Bathe 2004 (doi:10.1016/j.compstruc.2003.12.004), and the
- * strain across of Betsch, Stein 1995 (doi:10.1002/cnm.1640111104); enhanced strains after Simo,
- * Rifai 1990 (doi:10.1002/nme.1620290802). Cost: one QR factor of at most 48 rows an element.
+ * Wagner 2006 (Comput. Methods Appl. Mech. Eng. 195, 179-201), with the transverse shear of
+ * Dvorkin, Bathe 1984 (doi:10.1108/eb023562) or of Lee, Bathe 2004 (Computers & Structures 82,
+ * 945-962), and the strain across of Betsch, Stein 1995 (doi:10.1002/cnm.1640111104); enhanced
+ * strains after Simo, Rifai 1990 (doi:10.1002/nme.1620290802). Cost: one QR factor of at most 48
+ * rows an element.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include "precompute/fem/solid_elements.h"
