@@ -3,8 +3,8 @@
  * doi:10.1147/rd.45.0518). Every other cell along an axis is the mirror image of its neighbours, so
  * that they fit, and so that a square section of an even number of cells has the symmetry of the
  * square: it bends alike in all directions. With ",split=6" all cells are the same. With ",split=5"
- * each is cut into five, one of them in the middle, and neighbours are mirror images. Default
- * rubber-like material.
+ * each is cut into five, one of them in the middle, and neighbours are mirror images. With ",hex"
+ * cells are hexahedra, whose shape are six tets that are mirrored. Default rubber-like material.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include <stdbool.h>
@@ -15,6 +15,7 @@
 #include "mesh/mesh.h"
 #include "mesh/mesh_beam.h"
 #include "mesh/mesh_groups.h"
+#include "mesh/solids.h"
 #include "platform/allocate.h"
 
 /* 200 million tets take 5 GB here and far more later on */
@@ -23,14 +24,15 @@ enum { TETS_MAX = 200000000 };
 typedef struct beam {
   int64_t cells[3];
   double lengths[3];
-  int split;     /* tets a cell, 5 or 6 */
-  bool mirrored; /* six that are mirror images in neighbours; else the same in every cell */
+  int split;      /* tets a cell, 5 or 6 */
+  bool mirrored;  /* six that are mirror images in neighbours; else the same in every cell */
+  bool hexahedra; /* cells stay whole */
 } beam;
 
 static thrum_status bad_spec(const char *spec, thrum_error *error) {
   return thrum_error_set(error, THRUM_BAD_FORMAT,
                          "'%.100s' is no beam; write beam:NXxNYxNZ@LXxLYxLZ, cells and metres, "
-                         "such as beam:20x3x3@1x0.15x0.15, and perhaps ,split=5",
+                         "such as beam:20x3x3@1x0.15x0.15, and perhaps ,hex or ,split=5",
                          spec);
 }
 
@@ -48,8 +50,9 @@ static thrum_status parse_spec(const char *spec, beam *b, thrum_error *error) {
 
   // how cells are cut
   b->split = strcmp(at, ",split=5") == 0 ? 5 : 6;
-  b->mirrored = *at == '\0';
-  if (*at != '\0' && b->split != 5 && strcmp(at, ",split=6") != 0)
+  b->hexahedra = strcmp(at, ",hex") == 0;
+  b->mirrored = *at == '\0' || b->hexahedra;
+  if (!b->mirrored && b->split != 5 && strcmp(at, ",split=6") != 0)
     return bad_spec(spec, error);
 
   double tets = b->split;
@@ -164,6 +167,31 @@ static void fill_tets(const beam *b, int32_t *tets) {
       }
 }
 
+/* Each cell as a hexahedron, its lower four corners first (Abaqus, VTK). */
+static thrum_status fill_hexahedra(const beam *b, thrum_mesh *mesh, const char *spec,
+                                   thrum_error *error) {
+  static const int corners[8][3] = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0},
+                                    {0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}};
+  const int64_t count = b->cells[0] * b->cells[1] * b->cells[2];
+  THRUM_TRY(thrum_reserve(&mesh->solid_form, count, sizeof *mesh->solid_form, spec, error));
+  THRUM_TRY(thrum_reserve(&mesh->solid_ends, count, sizeof *mesh->solid_ends, spec, error));
+  THRUM_TRY(thrum_reserve(&mesh->solid_tet_ends, count, sizeof *mesh->solid_tet_ends, spec, error));
+  THRUM_TRY(thrum_reserve(&mesh->solid_nodes, count, 8 * sizeof *mesh->solid_nodes, spec, error));
+  mesh->solid_count = count;
+  int32_t *node = mesh->solid_nodes;
+  int64_t n = 0;
+  for (int64_t i = 0; i < b->cells[0]; i++)
+    for (int64_t j = 0; j < b->cells[1]; j++)
+      for (int64_t k = 0; k < b->cells[2]; k++, n++) {
+        mesh->solid_form[n] = THRUM_FORM_HEX8;
+        mesh->solid_ends[n] = (int32_t)(8 * (n + 1));
+        mesh->solid_tet_ends[n] = (int32_t)(b->split * (n + 1));
+        for (int c = 0; c < 8; c++)
+          *node++ = vertex_at(b, i + corners[c][0], j + corners[c][1], k + corners[c][2]);
+      }
+  return THRUM_OK;
+}
+
 /* Vertices whose grid position lies within [low, high] on each axis, as a group. */
 static thrum_status add_box(thrum_mesh *mesh, const beam *b, const char *name, const int64_t low[3],
                             const int64_t high[3], int32_t *list, thrum_error *error) {
@@ -238,5 +266,7 @@ thrum_status thrum_mesh_beam(const char *spec, thrum_mesh *mesh, thrum_error *er
     fill_tets(&b, m.tets);
     status = add_groups(&m, &b, error);
   }
+  if (b.hexahedra)
+    THRUM_THEN(status, fill_hexahedra(&b, &m, spec, error));
   return thrum_mesh_deliver(status, &m, mesh);
 }

@@ -29,12 +29,17 @@ static thrum_mesh_parser *find_parser(const char *name) {
   return NULL;
 }
 
+/* Do hexahedra and wedges stay? Ten nodes are those of tetrahedra. */
+static bool keeps_solids(const thrum_mesh_read_options *options) {
+  return options->element != THRUM_ELEMENT_TET && options->order != 2;
+}
+
 static thrum_status read_file(const char *path, const thrum_mesh_read_options *options,
                               thrum_mesh_parser *parse, thrum_mesh *mesh, thrum_error *error) {
   void *data = NULL;
   size_t size = 0;
   thrum_status status = thrum_file_read(path, &data, &size, error);
-  const bool solids = options->element != THRUM_ELEMENT_TET && options->order != 2;
+  const bool solids = keeps_solids(options);
   const thrum_mesh_source source = {path,  data, size, options->regions, options->order == 1,
                                     solids};
   THRUM_THEN(status, thrum_file_name_memory(path, parse(&source, mesh, error), error));
@@ -167,6 +172,10 @@ thrum_status thrum_mesh_read_with(const char *name, const thrum_mesh_read_option
   thrum_mesh_unit unit;
   thrum_status status = read_unit(name, options->unit, &unit, error);
   THRUM_THEN(status, read_named(name, options, &read, error));
+
+  // a beam has its hexahedra where a file has them
+  if (status >= 0 && !keeps_solids(options))
+    thrum_mesh_drop_solids(&read);
 
   // every source may repeat vertices or leave some unused
   if (status >= 0 && options->order == 1)

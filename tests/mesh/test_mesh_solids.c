@@ -6,6 +6,7 @@
 #include <math.h>
 
 #include "core/base/quadratic_tet.h"
+#include "core/base/vec3.h"
 #include "mesh/mesh_examine.h"
 #include "mesh/solids.h"
 
@@ -309,6 +310,36 @@ static void wedges_of_vtk_may_be_wound_either_way(void **state) {
   }
 }
 
+static void a_beam_may_be_of_hexahedra(void **state) {
+  (void)state;
+  const thrum_mesh_read_options kept = {.scale = 1, .element = THRUM_ELEMENT_AUTO};
+  thrum_mesh mesh = {0};
+  assert_int_equal(thrum_mesh_read_with("beam:4x1x3@1x0.02x0.6,hex", &kept, &mesh, NULL), THRUM_OK);
+  assert_int_equal(mesh.solid_count, 12);
+  assert_int_equal(mesh.tet_count, 72);
+
+  // thin across y, which comes last; all are wound as they should be
+  for (int64_t s = 0; s < mesh.solid_count; s++) {
+    const int32_t *node = mesh.solid_nodes + 8 * s;
+    assert_int_equal(mesh.solid_form[s], THRUM_FORM_SHELL8);
+    const double *from = mesh.vertices + 3 * (int64_t)node[0];
+    double edge[3][3], cross[3];
+    thrum_subtract3(mesh.vertices + 3 * (int64_t)node[1], from, edge[0]);
+    thrum_subtract3(mesh.vertices + 3 * (int64_t)node[3], from, edge[1]);
+    thrum_subtract3(mesh.vertices + 3 * (int64_t)node[4], from, edge[2]);
+    thrum_cross3(edge[0], edge[1], cross);
+    assert_true(fabs(thrum_dot3(cross, edge[2]) - 0.25 * 0.02 * 0.2) < 1e-15);
+    assert_true(fabs(fabs(edge[2][1]) - 0.02) < 1e-15);
+  }
+  thrum_mesh_free(&mesh);
+
+  // commands that want tetrahedra have its cut
+  assert_int_equal(thrum_mesh_read("beam:4x1x3@1x0.02x0.6,hex", 1, &mesh, NULL), THRUM_OK);
+  assert_int_equal(mesh.solid_count, 0);
+  assert_int_equal(mesh.tet_count, 72);
+  thrum_mesh_free(&mesh);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(elements_are_cut_conformingly_whatever_their_numbers),
@@ -317,6 +348,7 @@ int main(void) {
       cmocka_unit_test(pyramids_meet_hexahedra),
       cmocka_unit_test(a_wedge_may_be_written_as_a_hexahedron),
       cmocka_unit_test(wedges_of_vtk_may_be_wound_either_way),
+      cmocka_unit_test(a_beam_may_be_of_hexahedra),
       cmocka_unit_test(bad_elements_are_refused_with_their_number_and_line),
   };
   return cmocka_run_group_tests(tests, mesh_setup, mesh_teardown);
