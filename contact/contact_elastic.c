@@ -115,8 +115,9 @@ static void take_shape(const thrum_contact_run *body, double share) {
     if (body->state->carried)
       view.p_corrected[i] += change;
   }
-  for (int32_t i = 0; i < body->contact->rank && off != 0.0 && square > 0.0; i++)
-    view.p[i] *= 1.0 - off / square;
+  const double less = off != 0.0 && square > 0.0 ? 1.0 - 2.0 * off / square : 1.0;
+  for (int32_t i = 0; i < body->contact->rank && less != 1.0 && less >= 0.0; i++)
+    view.p[i] *= sqrt(less);
   thrum_guards_take(body->state, -more);
 }
 
