@@ -84,6 +84,11 @@ static inline void body_divide(body *b, double length) {
   const thrum_material first = mesh->materials[0];
   free(mesh->materials);
   free(mesh->laws);
+  // the regions of the file had names, which these have not
+  for (int64_t g = 0; g < mesh->region_count && mesh->region_names != NULL; g++)
+    free(mesh->region_names[g]);
+  free(mesh->region_names);
+  mesh->region_names = NULL;
   mesh->region_count = 3;
   mesh->materials = need(3, sizeof *mesh->materials);
   mesh->laws = need(3, sizeof *mesh->laws);
