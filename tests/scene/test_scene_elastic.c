@@ -2,48 +2,25 @@
  * collides stay, of near-rigid bodies as of soft ones, over 10,000 collisions.
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#include "tests/support/precompute_support.h"
+#include "tests/support/touching_body.h"
 
-#include "tests/support/outer_triangles.h"
 #include "tests/support/sanitized.h"
 #include "tests/support/scene_call.h"
 
 #define SIDE 0.1
 
-typedef struct fixture {
-  body mesh;
-  thrum_precomputed made;
-  int32_t *triangles, *touch;
-  int64_t triangle_count;
-} fixture;
-
 static int setup(void **context) {
-  fixture *f = calloc(1, sizeof *f);
+  touching_body *f = calloc(1, sizeof *f);
   if (f == NULL)
     return -1;
   f->mesh = body_make("beam:2x2x2@0.1x0.1x0.1,split=6", NULL);
-  f->made = body_precompute(&f->mesh, 4, 8);
-  f->triangles = outer_triangles(&f->mesh.mesh, &f->triangle_count);
-  const int64_t count = f->made.model.vertex_count;
-  f->touch = need((size_t)count, sizeof *f->touch);
-  for (int64_t v = 0; v < count; v++)
-    f->touch[v] = (int32_t)v;
+  touching_body_make(f, 4, 8);
   *context = f;
   return 0;
 }
 
-static int teardown(void **context) {
-  fixture *f = *context;
-  thrum_precomputed_free(&f->made);
-  body_free(&f->mesh);
-  free(f->triangles);
-  free(f->touch);
-  free(f);
-  return 0;
-}
-
 /* Cubes that fly at each other at a speed, and spin. */
-static thrum_scene *scene_of(const fixture *f, int count, double young, double speed) {
+static thrum_scene *scene_of(const touching_body *f, int count, double young, double speed) {
   thrum_scene *scene = NULL;
   const double none[3] = {0};
   MUST(thrum_scene_create(1e-3, &scene, &failure));
@@ -157,7 +134,7 @@ static void momenta_stay_while_what_collides_gives_back(void **context) {
 
     // against the momentum of one of them, and that about a side
     const thrum_scene_account account = account_of(scene);
-    const double size = 2 * 1e-3 * (*(fixture **)context)->made.model.material[2];
+    const double size = 2 * 1e-3 * (*(touching_body **)context)->made.model.material[2];
     double off = 0, turned = 0;
     for (int axis = 0; axis < 3; axis++) {
       off = fmax(off, fabs(account.momentum[axis] - began.momentum[axis]));
@@ -178,5 +155,5 @@ int main(void) {
       cmocka_unit_test(elastic_collisions_keep_the_energy),
       cmocka_unit_test(momenta_stay_while_what_collides_gives_back),
   };
-  return cmocka_run_group_tests(tests, setup, teardown);
+  return cmocka_run_group_tests(tests, setup, touching_body_teardown);
 }

@@ -3,9 +3,8 @@
  * too.
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#include "tests/support/precompute_support.h"
+#include "tests/support/touching_body.h"
 
-#include "tests/support/outer_triangles.h"
 #include "tests/support/sanitized.h"
 #include "tests/support/scene_call.h"
 
@@ -13,14 +12,6 @@ static const thrum_scene_thing anything = {THRUM_SCENE_ANYTHING, 0};
 
 #define GRAVITY 9.81
 #define RADIUS 0.5
-
-/* A ball, and what it lies on. */
-typedef struct fixture {
-  body mesh;
-  thrum_precomputed made;
-  int32_t *triangles, *touch;
-  int64_t triangle_count;
-} fixture;
 
 /* The cube of the mesh becomes a ball: a point goes out until the sphere has its distance from the
  * cube's. */
@@ -39,28 +30,13 @@ static void round_off(body *cube) {
 }
 
 static int setup(void **context) {
-  fixture *f = calloc(1, sizeof *f);
+  touching_body *f = calloc(1, sizeof *f);
   if (f == NULL)
     return -1;
   f->mesh = body_make("beam:5x5x5@1x1x1,split=6", NULL);
   round_off(&f->mesh);
-  f->made = body_precompute(&f->mesh, 8, 16);
-  f->triangles = outer_triangles(&f->mesh.mesh, &f->triangle_count);
-  const int64_t count = f->made.model.vertex_count;
-  f->touch = need((size_t)count, sizeof *f->touch);
-  for (int64_t v = 0; v < count; v++)
-    f->touch[v] = (int32_t)v;
+  touching_body_make(f, 8, 16);
   *context = f;
-  return 0;
-}
-
-static int teardown(void **context) {
-  fixture *f = *context;
-  thrum_precomputed_free(&f->made);
-  body_free(&f->mesh);
-  free(f->triangles);
-  free(f->touch);
-  free(f);
   return 0;
 }
 
@@ -93,13 +69,13 @@ static void add_ground(thrum_scene *scene, ground on) {
 }
 
 /* The factor of stiffness by which rho g D / E is `softness`. */
-static double factor_of(const fixture *f, double softness) {
+static double factor_of(const touching_body *f, double softness) {
   const double *material = f->made.model.material;
   return material[2] * GRAVITY * 2 * RADIUS / (softness * material[0]);
 }
 
 /* Lays a ball 1 mm above the ground, and looks at it after 4 s. */
-static rest lie(const fixture *f, ground on, double softness, double dt) {
+static rest lie(const touching_body *f, ground on, double softness, double dt) {
   thrum_scene *scene = NULL;
   const double gravity[3] = {0, 0, -GRAVITY};
   MUST(thrum_scene_create(dt, &scene, &failure));
@@ -150,7 +126,7 @@ enum { LOWEST = 60 };
  * elasticity in the basis has it: gaps and forces are not below 0, one of both is 0 at each place,
  * and the forces add up to the weight. Gauss-Seidel over the places, with the height by bisection;
  * the ball does not turn. */
-static double height_in_equilibrium(const fixture *f, double softness) {
+static double height_in_equilibrium(const touching_body *f, double softness) {
   const thrum_model *m = &f->made.model;
   int64_t places[LOWEST], count = 0;
   double compliance[LOWEST][LOWEST], force[LOWEST] = {0}, sum = 0;
@@ -203,7 +179,7 @@ static double height_in_equilibrium(const fixture *f, double softness) {
  * the same, the forces are its weight, and it is still. */
 static void a_soft_ball_rests_at_the_same_height_at_any_step(void **context) {
   static const double steps[] = {0.001, 0.002, 0.004};
-  const fixture *f = *context;
+  const touching_body *f = *context;
   const double hard = lie(f, PLANE, 1e-4, 0.002).middle, soft = lie(f, PLANE, 0.07, 0.0005).middle;
   for (int on = PLANE; on <= SOLID; on++)
     for (int n = 0; n < LENGTH_OF_RUN(3, 1); n++) {
@@ -223,7 +199,7 @@ static void a_soft_ball_rests_at_the_same_height_at_any_step(void **context) {
 
 /* How far it sinks in is what linear elasticity says of small deformation. */
 static void a_ball_rests_in_its_equilibrium(void **context) {
-  const fixture *f = *context;
+  const touching_body *f = *context;
   const double hard = height_in_equilibrium(f, 1e-4), soft = height_in_equilibrium(f, 0.01);
   for (int on = PLANE; on <= SOLID; on++) {
     const double found = hard - lie(f, (ground)on, 0.01, 0.002).middle;
@@ -234,7 +210,7 @@ static void a_ball_rests_in_its_equilibrium(void **context) {
 }
 
 /* Adds a ball of the fixture at a height, so stiff that it bounces as a whole. */
-static void add_stiff(thrum_scene *scene, const fixture *f, double height) {
+static void add_stiff(thrum_scene *scene, const touching_body *f, double height) {
   thrum_scene_body_def def = thrum_default_scene_body_def();
   def.model = &f->made.model;
   def.triangles = f->triangles;
@@ -252,7 +228,7 @@ static void add_stiff(thrum_scene *scene, const fixture *f, double height) {
  * of its momentum less that by its weight, impacts included, and what two do to each other is
  * opposite. Two balls fall, bounce and lie, one on the other. */
 static void forces_of_contact_are_the_change_of_momentum(void **context) {
-  const fixture *f = *context;
+  const touching_body *f = *context;
   for (int on = PLANE; on <= SOLID; on++) {
     thrum_scene *scene = NULL;
     const double gravity[3] = {0, 0, -GRAVITY}, dt = 0.004;
@@ -301,7 +277,7 @@ static void forces_of_contact_are_the_change_of_momentum(void **context) {
 }
 
 static void a_force_of_nothing_in_the_scene_is_refused(void **context) {
-  const fixture *f = *context;
+  const touching_body *f = *context;
   thrum_scene *scene = NULL;
   double force[3] = {1, 2, 3};
   static const thrum_scene_thing wrong[] = {{THRUM_SCENE_BODY, 1},
@@ -518,5 +494,5 @@ int main(void) {
       cmocka_unit_test(a_cube_slides_above_the_angle_of_friction_alone),
       cmocka_unit_test(what_is_laid_down_lies_still),
   };
-  return cmocka_run_group_tests(tests, setup, teardown);
+  return cmocka_run_group_tests(tests, setup, touching_body_teardown);
 }
