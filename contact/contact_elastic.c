@@ -115,9 +115,12 @@ static void take_shape(const thrum_contact_run *body, double share) {
     if (body->state->carried)
       view.p_corrected[i] += change;
   }
-  const double less = off != 0.0 && square > 0.0 ? 1.0 - 2.0 * off / square : 1.0;
-  for (int32_t i = 0; i < body->contact->rank && less != 1.0 && less >= 0.0; i++)
-    view.p[i] *= sqrt(less);
+
+  // p by a factor whose square takes `off` from its energy; more than it has is left alone
+  const double left = square > 0.0 ? 1.0 - 2.0 * off / square : 1.0;
+  const double factor = left >= 0.0 ? sqrt(left) : 1.0;
+  for (int32_t i = 0; i < body->contact->rank; i++)
+    view.p[i] *= factor;
   thrum_guards_take(body->state, -more);
 }
 

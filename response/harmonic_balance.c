@@ -45,7 +45,7 @@ void thrum_balance_lay(thrum_balance *b, bool pulls, thrum_room *room) {
 }
 
 void thrum_balance_fill(thrum_balance *b) {
-  // a backbone has no load, and nobody else writes it there
+  // no load, as of a backbone; a forced curve puts its own over it
   memset(b->load, 0, (size_t)(LOAD_PARTS * b->rank) * sizeof *b->load);
   if (b->pull != NULL)
     memset(b->pull, 0, (size_t)(LOAD_PARTS * b->rank * b->rank) * sizeof *b->pull);

@@ -245,9 +245,6 @@ static void reduce_loads(curve *c) {
   const int64_t r = b->rank;
   for (int part = 0; part < LOAD_PARTS; part++) {
     double *load = b->load + part * r;
-    memset(load, 0, (size_t)r * sizeof *load);
-    if (b->pull != NULL)
-      memset(b->pull + part * r * r, 0, (size_t)(r * r) * sizeof *b->pull);
     if (loads[part] == NULL)
       continue;
     memset(c->unit, 0, (size_t)r * sizeof *c->unit);
