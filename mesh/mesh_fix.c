@@ -10,6 +10,7 @@
 
 #include "core/base/quadratic_tet.h"
 #include "io/text.h"
+#include "mesh/divide_shells.h"
 #include "mesh/mesh.h"
 #include "mesh/mesh_fix.h"
 #include "mesh/mesh_groups.h"
@@ -124,8 +125,12 @@ static thrum_status mark_entry(const thrum_mesh *mesh, thrum_text *text, uint8_t
  * vertices are held with them, as in groups. */
 static void mark_made_midsides(const thrum_mesh *mesh, uint8_t *marks) {
   const int64_t first = mesh->vertex_count - mesh->made_midsides;
-  if (mesh->made_midsides == 0 || mesh->midsides == NULL)
+  if (mesh->made_midsides == 0)
     return;
+  if (mesh->midsides == NULL) {
+    thrum_mesh_mark_divided(mesh, marks);
+    return;
+  }
   for (int64_t t = 0; t < mesh->tet_count; t++)
     for (int e = 0; e < THRUM_QUADRATIC_EDGES; e++) {
       const int32_t middle = mesh->midsides[6 * t + e];

@@ -53,17 +53,17 @@ static bool take_hexahedron(const thrum_mesh *mesh, int32_t *nodes, double thin)
 }
 
 static bool is_thin_wedge(const thrum_mesh *mesh, const int32_t *nodes, double thin) {
-  double thickness = 0, side = INFINITY;
+  double thickness = 0, side = 0;
   for (int c = 0; c < 3; c++) {
     thickness += distance(mesh, nodes[c], nodes[c + 3]) / 3;
     for (int half = 0; half < 2; half++)
-      side = fmin(side, distance(mesh, nodes[3 * half + c], nodes[3 * half + (c + 1) % 3]));
+      side += distance(mesh, nodes[3 * half + c], nodes[3 * half + (c + 1) % 3]) / 6;
   }
   return thickness < thin * side;
 }
 
-void thrum_mesh_choose_shells(thrum_mesh *mesh, double thin) {
-  long long thin_ones = 0;
+int64_t thrum_mesh_choose_shells(thrum_mesh *mesh, double thin) {
+  int64_t thin_ones = 0;
   for (int64_t s = 0, first = 0; s < mesh->solid_count; first = mesh->solid_ends[s++]) {
     int32_t *nodes = mesh->solid_nodes + first;
     uint8_t *form = &mesh->solid_form[s];
@@ -73,9 +73,5 @@ void thrum_mesh_choose_shells(thrum_mesh *mesh, double thin) {
       *form = THRUM_FORM_SHELL6;
     thin_ones += *form == THRUM_FORM_SHELL8 || *form == THRUM_FORM_SHELL6;
   }
-  if (thin_ones > 0 && !isinf(thin))
-    thrum_mesh_add_note(mesh,
-                        "%lld of %lld elements are thin, and are taken as solid-shells "
-                        "(--element solid: none is, --element tet: tetrahedra)",
-                        thin_ones, (long long)mesh->solid_count);
+  return thin_ones;
 }

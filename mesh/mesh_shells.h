@@ -9,9 +9,9 @@
 #define THRUM_SHELL_THIN 0.34
 
 /* Makes solid-shells of the hexahedra of eight nodes and the wedges of six whose thickness is below
- * this share of their shorter side (0: none; INFINITY: all), and notes how many there are. The
- * thickness of a hexahedron is its shortest side, and its nodes are turned so that it comes last;
- * that of a wedge goes from triangle to triangle. */
-void thrum_mesh_choose_shells(thrum_mesh *mesh, double thin);
+ * this share of their shorter side, or of the mean side of a wedge (0: none; INFINITY: all), and
+ * returns how many there are. The thickness of a hexahedron is its shortest side, and its nodes are
+ * turned so that it comes last; that of a wedge goes from triangle to triangle. */
+int64_t thrum_mesh_choose_shells(thrum_mesh *mesh, double thin);
 
 #endif

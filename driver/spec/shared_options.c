@@ -160,10 +160,12 @@ const config_option mesh_read_rows[] = {
                 "mesh has them, but for a model ten nodes where linear ones would be more than "
                 "1 % too stiff, and memory and time allow",
                 .take = take_order, ORDER_FORM),
-    OPTION_CHOICE("element", element_names, "auto",
-                  "hexahedra and wedges stay what they are, thin ones as solid-shells; solid: none "
-                  "is a solid-shell; shell: all of order 1 are; tet: they are cut into tetrahedra",
-                  AT(element)),
+    OPTION_CHOICE(
+        "element", element_names, "auto",
+        "hexahedra and wedges stay what they are, thin ones as solid-shells, but wedges of six "
+        "nodes are divided or cut; solid: none "
+        "is a solid-shell; shell: all of order 1 are; tet: they are cut into tetrahedra",
+        AT(element)),
     OPTION_END,
 };
 

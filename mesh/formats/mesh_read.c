@@ -8,12 +8,14 @@
 #include <string.h>
 
 #include "io/file.h"
+#include "mesh/divide_shells.h"
 #include "mesh/formats/file_suffix.h"
 #include "mesh/mesh_beam.h"
 #include "mesh/mesh_clean.h"
 #include "mesh/mesh_shells.h"
 #include "mesh/mesh_units.h"
 #include "mesh/midsides.h"
+#include "mesh/solids.h"
 
 static const struct {
   const char *suffix;
@@ -166,12 +168,79 @@ static thrum_status read_unit(const char *name, const char *text, thrum_mesh_uni
   return thrum_mesh_unit_read(text, unit, error);
 }
 
+static int64_t count_form(const thrum_mesh *mesh, thrum_solid_form form) {
+  int64_t count = 0;
+  for (int64_t s = 0; s < mesh->solid_count; s++)
+    count += mesh->solid_form[s] == form;
+  return count;
+}
+
+/* Wedges of six nodes bend too stiffly, thick ones as linear tetrahedra do and thin ones by how
+ * their diagonals lie: they stay where they are asked for alone. */
+static thrum_status choose_wedges(const thrum_mesh_read_options *options, thrum_mesh *mesh,
+                                  bool *divided, thrum_error *error) {
+  const long long thin = count_form(mesh, THRUM_FORM_SHELL6);
+  const long long thick = count_form(mesh, THRUM_FORM_WEDGE6);
+  if (thin + thick == 0)
+    return THRUM_OK;
+  if (options->element != THRUM_ELEMENT_AUTO) {
+    thrum_mesh_add_note(mesh,
+                        "%lld elements are wedges of six nodes, which bend too stiffly: compare "
+                        "with --element tet, or with twice as many",
+                        thin + thick);
+    return THRUM_OK;
+  }
+
+  // solid-shell hexahedra do not lock, and a wedge is three of them
+  if (thick == 0)
+    THRUM_TRY(thrum_mesh_divide_shells(mesh, divided, error));
+  if (*divided) {
+    thrum_mesh_add_note(mesh,
+                        "%lld thin wedges are taken as three solid-shell hexahedra each "
+                        "(--element shell: as they are, --element tet: tetrahedra)",
+                        thin);
+    return THRUM_OK;
+  }
+  thrum_mesh_add_note(mesh,
+                      "all elements were cut into tetrahedra, as %lld are wedges of six nodes, "
+                      "which bend too stiffly (--element solid: they stay)",
+                      thin + thick);
+  thrum_mesh_drop_solids(mesh);
+  return THRUM_OK;
+}
+
+/* Which of the elements that stay are solid-shells. */
+static thrum_status choose_solids(const thrum_mesh_read_options *options, thrum_mesh *mesh,
+                                  thrum_error *error) {
+  const bool automatic = options->element == THRUM_ELEMENT_AUTO;
+  const long long all = mesh->solid_count;
+  const long long thin =
+      thrum_mesh_choose_shells(mesh, automatic                                 ? THRUM_SHELL_THIN
+                                     : options->element == THRUM_ELEMENT_SHELL ? INFINITY
+                                                                               : 0);
+  bool divided = false;
+  THRUM_TRY(choose_wedges(options, mesh, &divided, error));
+  if (thin > 0 && automatic && !divided && mesh->solid_count > 0)
+    thrum_mesh_add_note(mesh,
+                        "%lld of %lld elements are thin, and are taken as solid-shells "
+                        "(--element solid: none is, --element tet: tetrahedra)",
+                        thin, all);
+  return THRUM_OK;
+}
+
 thrum_status thrum_mesh_read_with(const char *name, const thrum_mesh_read_options *options,
                                   thrum_mesh *mesh, thrum_error *error) {
   thrum_mesh read = {0};
   thrum_mesh_unit unit;
   thrum_status status = read_unit(name, options->unit, &unit, error);
   THRUM_THEN(status, read_named(name, options, &read, error));
+
+  // the nodes of elements that stay are those of the file
+  if (status >= 0 && options->order == 2 && options->element > THRUM_ELEMENT_TET)
+    status = thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                             "%.200s: --order 2 cuts elements into tetrahedra, and --element says "
+                             "that they stay: leave one out",
+                             name);
 
   // a beam has its hexahedra where a file has them
   if (status >= 0 && !keeps_solids(options))
@@ -182,9 +251,7 @@ thrum_status thrum_mesh_read_with(const char *name, const thrum_mesh_read_option
     thrum_midsides_drop(&read);
   THRUM_THEN(status, thrum_mesh_clean(&read, name, options->scale * unit.length, error));
   if (status >= 0 && read.solid_count > 0)
-    thrum_mesh_choose_shells(&read, options->element == THRUM_ELEMENT_AUTO    ? THRUM_SHELL_THIN
-                                    : options->element == THRUM_ELEMENT_SHELL ? INFINITY
-                                                                              : 0);
+    status = choose_solids(options, &read, error);
   if (options->order == 2 && !read.midsides)
     THRUM_THEN(status, thrum_midsides_add(&read, error));
   if (status >= 0)

@@ -29,7 +29,7 @@ enum { THRUM_ORDER_AUTO = -1 };
 
 /* What becomes of hexahedra and wedges. */
 typedef enum thrum_element_choice {
-  THRUM_ELEMENT_AUTO,  /* they stay; thin ones are solid-shells */
+  THRUM_ELEMENT_AUTO,  /* they stay, thin ones as solid-shells; wedges of 6 nodes do not */
   THRUM_ELEMENT_TET,   /* they are cut into tetrahedra */
   THRUM_ELEMENT_SOLID, /* they stay, none is a solid-shell */
   THRUM_ELEMENT_SHELL  /* they stay, those of order 1 are solid-shells */

@@ -7,6 +7,7 @@
 
 #include "core/base/quadratic_tet.h"
 #include "core/base/vec3.h"
+#include "mesh/divide_shells.h"
 #include "mesh/mesh_examine.h"
 #include "mesh/solids.h"
 
@@ -170,7 +171,7 @@ static void solids_stay_with_tets_for_their_shape(void **state) {
   for (int n = 0; n < 8; n++) {
     grid g = {.quadratic = n & 1, .wedges = n & 2, .curved = n & 4 && n & 1 ? 0.01 : 0};
     number(&g, (uint64_t)n);
-    thrum_mesh mesh = read_grid(&g, THRUM_ELEMENT_AUTO);
+    thrum_mesh mesh = read_grid(&g, THRUM_ELEMENT_SOLID);
     thrum_mesh_examined examined;
     assert_int_equal(thrum_mesh_examine(&mesh, &examined, NULL), THRUM_OK);
     const int64_t cells = (int64_t)CELLS * CELLS * CELLS, solids = g.wedges ? 2 * cells : cells;
@@ -182,7 +183,7 @@ static void solids_stay_with_tets_for_their_shape(void **state) {
     assert_int_equal(mesh.solid_tet_ends[solids - 1], mesh.tet_count);
     assert_null(mesh.midsides);
     assert_int_equal(mesh.flipped_tets, 0);
-    assert_int_equal(mesh.note_count, 0);
+    assert_int_equal(mesh.note_count, g.wedges && !g.quadratic ? 1 : 0);
 
     // faces of neighbours are cut alike, into two triangles, or six, or four of a triangle
     const int64_t squares = (int64_t)CELLS * CELLS * (g.wedges ? 4 : 6);
@@ -310,6 +311,111 @@ static void wedges_of_vtk_may_be_wound_either_way(void **state) {
   }
 }
 
+/* Wedges of six nodes that are not thin bend too stiffly: all is cut unless they are asked for. */
+static void thick_wedges_are_cut_by_default(void **state) {
+  (void)state;
+  grid g = {.wedges = true};
+  number(&g, 1);
+  thrum_mesh mesh = read_grid(&g, THRUM_ELEMENT_AUTO);
+  assert_int_equal(mesh.solid_count, 0);
+  assert_int_equal(mesh.tet_count, 3 * 2 * CELLS * CELLS * CELLS);
+  assert_int_equal(mesh.note_count, 1);
+  assert_non_null(strstr(mesh.notes[0].text, "54 are wedges of six nodes, which bend too stiffly"));
+  thrum_mesh_free(&mesh);
+}
+
+/* A thin sheet of 2 x 1 cells: two wedges, and a hexahedron or two wedges more, in one layer or
+ * two. */
+static int write_sheet(char *text, bool hexahedron, int layers) {
+  int used = sprintf(text, "*NODE\n");
+  for (int k = 0; k <= layers; k++)
+    for (int j = 0; j < 2; j++)
+      for (int i = 0; i < 3; i++)
+        used += sprintf(text + used, "%d,%d,%d,%g\n", 1 + i + 3 * j + 6 * k, i, j, 0.1 * k);
+  static const int wedges[4][3] = {{1, 2, 5}, {1, 5, 4}, {2, 3, 6}, {2, 6, 5}};
+  int count = 0;
+  used += sprintf(text + used, "*ELEMENT, TYPE=C3D6\n");
+  for (int k = 0; k < layers; k++)
+    for (int w = 0; w < (hexahedron ? 2 : 4); w++) {
+      const int *n = wedges[w], up = 6 * (k + 1), low = 6 * k;
+      used += sprintf(text + used, "%d,%d,%d,%d,%d,%d,%d\n", ++count, n[0] + low, n[1] + low,
+                      n[2] + low, n[0] + up, n[1] + up, n[2] + up);
+    }
+  if (hexahedron)
+    used += sprintf(text + used, "*ELEMENT, TYPE=C3D8\n%d,2,3,6,5,8,9,12,11\n", ++count);
+  return used + sprintf(text + used, "*NSET, NSET=edge\n1,2,3\n*NSET, NSET=face\n1,2,5\n");
+}
+
+static const thrum_group *group_of(const thrum_mesh *mesh, const char *name) {
+  for (int64_t g = 0; g < mesh->group_count; g++)
+    if (strcmp(mesh->groups[g].name, name) == 0)
+      return &mesh->groups[g];
+  fail_msg("no group %s", name);
+  return NULL;
+}
+
+/* Thin wedges are three solid-shell hexahedra each, and neighbours agree on their new nodes. */
+static void thin_wedges_are_divided(void **state) {
+  (void)state;
+  for (int n = 0; n < 3; n++) {
+    const bool hexahedron = n == 1;
+    const int layers = n == 2 ? 2 : 1;
+    char text[4000];
+    write_sheet(text, hexahedron, layers);
+    thrum_mesh mesh = read_as(text, THRUM_ELEMENT_AUTO);
+    thrum_mesh_examined examined;
+    assert_int_equal(thrum_mesh_examine(&mesh, &examined, NULL), THRUM_OK);
+    assert_int_equal(mesh.solid_count, hexahedron ? 6 + 4 : 12 * layers);
+    for (int64_t s = 0; s < mesh.solid_count; s++)
+      assert_int_equal(mesh.solid_form[s], THRUM_FORM_SHELL8);
+
+    // Euler: V - E + F of a sheet is 1; a layer of nodes has its vertices, edges and faces
+    const int faces = hexahedron ? 3 : 4, edges = 6 + faces - 1;
+    assert_int_equal(mesh.vertex_count, (layers + 1) * (6 + edges + faces));
+    assert_int_equal(examined.genus, 0);
+    assert_true(fabs(examined.volume - 0.2 * layers) < 1e-15);
+    assert_int_equal(examined.surface_triangles,
+                     2 * 2 * (hexahedron ? 10 : 12) + 2 * 2 * 6 * layers);
+
+    // a node joins a group with the vertices of its edge or face: 2 edges; 3 edges and a face
+    assert_int_equal(group_of(&mesh, "edge")->count, 3 + 2);
+    assert_int_equal(group_of(&mesh, "face")->count, 3 + 3 + 1);
+    thrum_mesh_free(&mesh);
+  }
+}
+
+/* A list of held vertices holds what was made between them, and nothing else. */
+static void what_was_made_is_held_with_its_vertices(void **state) {
+  (void)state;
+  char text[4000];
+  write_sheet(text, false, 1);
+  thrum_mesh mesh = read_as(text, THRUM_ELEMENT_AUTO);
+  uint8_t *marks = calloc((size_t)mesh.vertex_count, 1);
+  assert_non_null(marks);
+  static const int given[3] = {0, 1, 4};
+  for (int n = 0; n < 3; n++)
+    marks[given[n]] = 1;
+  thrum_mesh_mark_divided(&mesh, marks);
+  int64_t count = 0;
+  for (int64_t v = 0; v < mesh.vertex_count; v++)
+    count += marks[v];
+  assert_int_equal(count, 3 + 3 + 1);
+  free(marks);
+  thrum_mesh_free(&mesh);
+}
+
+static void elements_that_stay_have_the_order_of_the_file(void **state) {
+  (void)state;
+  char text[4000];
+  write_sheet(text, true, 1);
+  const thrum_mesh_read_options options = {.scale = 1, .order = 2, .element = THRUM_ELEMENT_SHELL};
+  const char *path = mesh_write("a.inp", text, strlen(text));
+  thrum_mesh mesh = {0};
+  thrum_error error = {0};
+  assert_int_equal(thrum_mesh_read_with(path, &options, &mesh, &error), THRUM_INVALID_ARGUMENT);
+  assert_non_null(strstr(error.message, "--order 2"));
+}
+
 static void a_beam_may_be_of_hexahedra(void **state) {
   (void)state;
   const thrum_mesh_read_options kept = {.scale = 1, .element = THRUM_ELEMENT_AUTO};
@@ -348,6 +454,10 @@ int main(void) {
       cmocka_unit_test(pyramids_meet_hexahedra),
       cmocka_unit_test(a_wedge_may_be_written_as_a_hexahedron),
       cmocka_unit_test(wedges_of_vtk_may_be_wound_either_way),
+      cmocka_unit_test(thick_wedges_are_cut_by_default),
+      cmocka_unit_test(thin_wedges_are_divided),
+      cmocka_unit_test(what_was_made_is_held_with_its_vertices),
+      cmocka_unit_test(elements_that_stay_have_the_order_of_the_file),
       cmocka_unit_test(a_beam_may_be_of_hexahedra),
       cmocka_unit_test(bad_elements_are_refused_with_their_number_and_line),
   };
