@@ -263,7 +263,8 @@ THRUM_API thrum_status thrum_model_lock(void *memory, size_t memory_size, const 
  * defaults: set all three. */
 typedef struct thrum_model_scaling {
   double length;    /* s, of all lengths [1]; larger: a larger body, which vibrates more slowly */
-  double stiffness; /* e, of Young's modulus [1]; larger: the body vibrates faster */
+  double stiffness; /* e, of Young's modulus, and of springs to the ground, which are e s times as
+                       stiff [1]; larger: the body vibrates faster */
   double density;   /* d, of the density [1]; larger: a heavier body, which vibrates more slowly */
 } thrum_model_scaling;
 

@@ -276,7 +276,10 @@ class Model:
         return self if rank == self.rank else self.condense(rank)
 
     def scale(self, length: float = 1.0, stiffness: float = 1.0, density: float = 1.0) -> Model:
-        """The same body with lengths, Young's modulus and density times these factors (each > 0), exactly."""
+        """The same body with lengths, Young's modulus and density times these factors (each > 0), exactly.
+
+        Springs to the ground are stiffer with the body, by stiffness times length.
+        """
         return self._derived("scale", length, stiffness, density)
 
     def condense(self, masters: int) -> Model:
