@@ -37,7 +37,7 @@
   ROW(BOTH, NUMBER, scale, NULL, 1, ITSELF, ABOVE_0,                                               \
       "factor of all lengths, exact; larger: it vibrates more slowly")                             \
   ROW(BOTH, NUMBER, stiffness, NULL, 1, ITSELF, ABOVE_0,                                           \
-      "factor of Young's modulus and of springs to the ground, exact; larger: it vibrates faster")                              \
+      "factor of Young's modulus and of springs to the ground, exact; larger: it vibrates faster") \
   ROW(BOTH, NUMBER, density, NULL, 1, ITSELF, ABOVE_0,                                             \
       "factor of the density, exact; larger: it is heavier and vibrates more slowly")              \
   ROW(BOTH, COUNT, rank, NULL, 0, SAY("all of the model"), RANK,                                   \
