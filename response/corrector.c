@@ -20,6 +20,7 @@
 #define ITERATIONS_MAX 25
 #define SLOW 0.1     /* a residual that shrinks less in an iteration asks for factors anew */
 #define ROUNDED 1e-9 /* such a residual is taken where it does not shrink any more */
+#define NULL_ITERATIONS 4
 #define FURTHEST 4.0 /* a step longer than so many sizes leads elsewhere */
 
 void thrum_corrector_lay(thrum_corrector *c, thrum_room *room) {
@@ -132,6 +133,27 @@ void thrum_corrector_tangent(thrum_corrector *c, double *tangent) {
   tangent[n] = 1;
   thrum_square_solve(c->matrix, n + 1, c->columns, 1, tangent);
   thrum_direction_normalise(n + 1, tangent);
+}
+
+int thrum_corrector_sign(const thrum_corrector *c) {
+  return thrum_square_sign(c->matrix, c->balance->unknowns + 1, c->columns);
+}
+
+void thrum_corrector_null(const thrum_corrector *c, double *null) {
+  const int64_t n = c->balance->unknowns;
+  double largest = 0;
+  for (int64_t i = 0; i <= n; i++)
+    null[i] = 1 / (double)(i + 1);
+
+  // each solve leaves more of what the matrix makes small
+  for (int it = 0; it < NULL_ITERATIONS; it++) {
+    thrum_square_solve(c->matrix, n + 1, c->columns, 1, null);
+    thrum_direction_normalise(n + 1, null);
+  }
+  for (int64_t i = 0; i <= n; i++)
+    largest = fabs(null[i]) > fabs(largest) ? null[i] : largest;
+  for (int64_t i = 0; i <= n; i++)
+    null[i] *= copysign(1, largest);
 }
 
 bool thrum_corrector_tangent_at(thrum_corrector *c, const double *normal, const thrum_place *place,

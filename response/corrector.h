@@ -42,6 +42,14 @@ void thrum_corrector_tangent(thrum_corrector *c, double *tangent);
 bool thrum_corrector_tangent_at(thrum_corrector *c, const double *normal, const thrum_place *place,
                                 double *tangent);
 
+/* The sign of the determinant of the last factors, 1 or -1. Where the normal points along the curve
+ * it changes only at branch points. */
+int thrum_corrector_sign(const thrum_corrector *c);
+
+/* null (unknowns + 1) = the direction, of length 1, in which the last factors are next to singular,
+ * where they are. */
+void thrum_corrector_null(const thrum_corrector *c, double *null);
+
 /* Length of a direction, and its product with another. */
 double thrum_direction_product(int64_t count, const double *a, const double *b);
 void thrum_direction_normalise(int64_t count, double *direction);

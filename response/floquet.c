@@ -100,7 +100,7 @@ static void tangent_of_points(thrum_floquet *f, const thrum_place *of, double *t
   const int64_t square = b->rank * b->rank;
   motion_at(f, of);
   thrum_tangent_stiffness(b->model, f->q, tangent, b->work);
-  const double parts[LOAD_PARTS] = {1, f->cosines[1], f->sines[1]};
+  const double parts[LOAD_PARTS] = {1, f->cosines[b->periods], f->sines[b->periods]};
   for (int part = 0; b->pull != NULL && part < LOAD_PARTS; part++)
     for (int64_t e = 0; e < square; e++)
       tangent[e] -= parts[part] * b->pull[part * square + e];

@@ -68,8 +68,8 @@ static const double *function_of(const thrum_balance *b, int64_t block) {
 /* What of cos and sin the load has at a sample. */
 static void load_parts(const thrum_balance *b, int64_t s, double parts[LOAD_PARTS]) {
   parts[LOAD_MEAN] = 1;
-  parts[LOAD_COSINE] = b->cosines[b->samples + s];
-  parts[LOAD_SINE] = b->sines[b->samples + s];
+  parts[LOAD_COSINE] = b->cosines[b->periods * b->samples + s];
+  parts[LOAD_SINE] = b->sines[b->periods * b->samples + s];
 }
 
 void thrum_balance_subtract_load(const thrum_balance *b, int64_t s, const double *q,

@@ -28,6 +28,7 @@ typedef struct thrum_balance {
   int64_t harmonics; /* H */
   int64_t blocks;    /* functions: 2 H + 1; H + 1 of an even motion, which has no sines */
   int64_t samples;   /* N of a period */
+  int64_t periods;   /* of the load in it */
   double *load;      /* LOAD_PARTS x rank */
   double *pull; /* LOAD_PARTS x rank x rank: the same load grows so with q; NULL: it does not */
   double *cosines, *sines;      /* (2 H + 1) x N: cos and sin of m tau_s */

@@ -12,6 +12,7 @@
 #include "thrum/response.h"
 
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "core/base/def.h"
@@ -33,6 +34,7 @@
 #define RAMP 32          /* steps of the load where the first point is not found at once */
 #define SMALL 1e-3       /* share of nonlinear forces in the first motion of a backbone */
 #define SIZE_FIRST 100.0 /* by which its first motion is too small to measure steps by */
+#define BRANCH_LEAST 0.1 /* of the longest step: the first away from a branch point */
 #define SMALL_TRIALS 200 /* at finding it */
 
 typedef struct curve {
@@ -46,7 +48,11 @@ typedef struct curve {
   double *unit;                /* rank of the shape */
   double step, step_before, arc;
   int32_t unstable;
-  bool given; /* the first point was */
+  int sign;          /* of the determinant at the present point */
+  int32_t crossings; /* branch points so far */
+  int32_t begun;     /* points before the curve's first, of the other one at a branch point */
+  bool crossed;      /* the last piece has come to the branch point that was asked for */
+  bool given;        /* the first point was */
   bool (*visit)(void *context, const thrum_response_point *point);
   void *context;
   thrum_response_report report;
@@ -61,7 +67,8 @@ void thrum_response_def_init(thrum_response_def *def, size_t size) {
                                        .points = 20000,
                                        .tolerance = 1e-12,
                                        .stability = 1,
-                                       .inertia = 1};
+                                       .inertia = 1,
+                                       .periods = 1};
   thrum_def_fill(def, size, &defaults, sizeof defaults);
 }
 
@@ -123,6 +130,10 @@ static thrum_status check_numbers(const thrum_response_def *def, const thrum_mod
   if (!(def->tolerance > 0 && def->tolerance <= 1e-3))
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "tolerance is %g, not in (0, 1e-3]",
                            def->tolerance);
+  if (def->periods < 1 || def->periods > def->harmonics || (def->mode >= 0 && def->periods > 1))
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "periods is %d, not 1 to the number of harmonics; a backbone has 1",
+                           (int)def->periods);
   if (def->stability_steps < 0 || def->stability_steps > 1000000)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "stability_steps is %d, not 0 to 1000000",
                            (int)def->stability_steps);
@@ -188,6 +199,7 @@ static void lay(curve *c, const thrum_model *model, const thrum_response_def *de
                                .damping = even ? NULL : def->damping,
                                .rank = r,
                                .harmonics = h,
+                               .periods = def->periods,
                                .blocks = even ? h + 1 : 2 * h + 1,
                                .samples = (4 * h + 1) * (model->point_count > 0 ? 2 : 1)};
   c->balance.unknowns = c->balance.blocks * r;
@@ -582,7 +594,7 @@ static bool ends(curve *c, bool *lost) {
 static bool closes(const curve *c) {
   const int64_t n = c->balance.unknowns;
   double away = 0, along = 0;
-  if (c->report.points < 8 ||
+  if (c->report.points - c->begun < 8 ||
       thrum_direction_product(n + 1, c->tangent, c->first_tangent) < TURN_MOST)
     return false;
   for (int64_t i = 0; i <= n; i++) {
@@ -594,7 +606,8 @@ static bool closes(const curve *c) {
   return along > 0 && along <= c->step && away < 1.2 * along * along;
 }
 
-/* Shows what is between c->now and c->next, and then that; false where the caller wants no more. */
+/* Shows what is between c->now and c->next, and then that, or ends at the branch point that was
+ * asked for, in c->at; false where the caller wants no more. */
 static bool show_piece(curve *c) {
   thrum_balance *b = &c->balance;
   const int64_t n = b->unknowns;
@@ -602,6 +615,7 @@ static bool show_piece(curve *c) {
   double step = c->normal[n] * (c->next.omega - c->now.omega) / c->corrector.width;
   for (int64_t i = 0; i < n; i++)
     step += c->normal[i] * (c->next.x[i] - c->now.x[i]) / c->corrector.size;
+  const int sign = thrum_corrector_sign(&c->corrector);
   const int32_t unstable = look_at_stability(c, &c->next);
   if (unstable >= 0)
     memcpy(c->kept, c->floquet.values, (size_t)(4 * b->rank) * sizeof *c->kept);
@@ -609,13 +623,21 @@ static bool show_piece(curve *c) {
   // special points in between, in their order
   double positions[THRUM_SPECIAL_MAX];
   thrum_response_kind kinds[THRUM_SPECIAL_MAX];
-  thrum_piece piece = {&c->corrector, c->def->stability != 0 ? &c->floquet : NULL,
-                       c->normal,     c->tangent,
-                       c->now,        c->next,
-                       step,          c->unstable,
-                       unstable,      c->at,
-                       c->tangent_at};
+  thrum_piece piece = {.corrector = &c->corrector,
+                       .floquet = c->def->stability != 0 ? &c->floquet : NULL,
+                       .normal = c->normal,
+                       .tangent = c->tangent,
+                       .begin = c->now,
+                       .end = c->next,
+                       .step = step,
+                       .unstable_begin = c->unstable,
+                       .unstable_end = unstable,
+                       .sign_begin = c->sign,
+                       .sign_end = sign,
+                       .at = c->at,
+                       .tangent_at = c->tangent_at};
   const int32_t count = thrum_piece_specials(&piece, positions, kinds);
+  c->sign = piece.sign_end;
   for (int32_t k = 0; k < count; k++) {
     if (!thrum_piece_at(&piece, positions[k]))
       continue;
@@ -623,6 +645,18 @@ static bool show_piece(curve *c) {
     if (!show(c, &piece.at, c->arc + positions[k] * step, kinds[k], there,
               there >= 0 ? c->floquet.values : NULL))
       return false;
+    if (kinds[k] != THRUM_RESPONSE_BRANCH)
+      continue;
+
+    // the direction of factors nearby may be that before the crossing
+    if (++c->crossings != abs(c->def->branch)) {
+      thrum_corrector_tangent_at(&c->corrector, c->normal, &c->next, c->tangent);
+    } else {
+      c->at.omega = piece.at.omega;
+      c->arc += positions[k] * step;
+      c->crossed = true;
+      return true;
+    }
   }
 
   // and the point itself
@@ -644,6 +678,18 @@ static void move_on(curve *c) {
   c->step_before = c->step;
 }
 
+/* The curve begins at c->now in its direction. */
+static void begin_here(curve *c) {
+  const int64_t n = c->balance.unknowns;
+  memcpy(c->first_tangent, c->normal, (size_t)(n + 1) * sizeof *c->normal);
+  memcpy(c->first.x, c->now.x, (size_t)n * sizeof *c->first.x);
+  c->first.omega = c->now.omega;
+  memset(c->before, 0, (size_t)(n + 1) * sizeof *c->before);
+  c->before[n] = 1;
+  c->step_before = 0;
+  c->sign = thrum_corrector_sign(&c->corrector);
+}
+
 /* The direction at c->now by factors of its own: those of its last iteration may be of a place that
  * is far for what resonates sharply. */
 static void turn_anew(curve *c) {
@@ -652,6 +698,48 @@ static void turn_anew(curve *c) {
     return;
   memcpy(c->normal, c->tangent, size);
   c->step_before = 0;
+}
+
+/* Goes over to the other curve through the branch point in c->at: along the direction that stands
+ * on that of the curve and that the equations do not hold, to a plane across it (Keller 1977).
+ * False where no motion is found there; *wanted: whether the caller wants more. */
+static bool take_branch(curve *c, bool *wanted) {
+  const int64_t n = c->balance.unknowns;
+  double *across = c->before;
+  if (!thrum_corrector_tangent_at(&c->corrector, c->normal, &c->at, c->tangent_at))
+    return false;
+  thrum_corrector_null(&c->corrector, across);
+  for (int64_t i = 0; i <= n && c->def->branch < 0; i++)
+    across[i] = -across[i];
+
+  // the nearest place where both curves are apart
+  bool found = false;
+  for (double step = BRANCH_LEAST * c->def->step; !found && step <= c->def->step; step *= 2) {
+    for (int64_t i = 0; i < n; i++)
+      c->next.x[i] = c->at.x[i] + step * c->corrector.size * across[i];
+    c->next.omega = c->at.omega + step * c->corrector.width * across[n];
+    found =
+        c->next.omega > 0 && thrum_corrector_solve(&c->corrector, across, &c->at, step, &c->next);
+    c->step = step;
+  }
+  if (!found)
+    return false;
+
+  // the curve goes on from there, away from the crossing
+  for (int64_t i = 0; i < n; i++)
+    c->normal[i] = (c->next.x[i] - c->at.x[i]) / c->corrector.size;
+  c->normal[n] = (c->next.omega - c->at.omega) / c->corrector.width;
+  thrum_direction_normalise(n + 1, c->normal);
+  if (!thrum_corrector_tangent_at(&c->corrector, c->normal, &c->next, c->tangent))
+    return false;
+  c->arc += c->step;
+  c->begun = c->report.points;
+  c->unstable = look_at_stability(c, &c->next);
+  *wanted = show(c, &c->next, c->arc, THRUM_RESPONSE_REGULAR, c->unstable,
+                 c->unstable >= 0 ? c->floquet.values : NULL);
+  move_on(c);
+  begin_here(c);
+  return true;
 }
 
 static void follow(curve *c) {
@@ -673,7 +761,15 @@ static void follow(curve *c) {
       continue;
     }
     const bool closed = closes(c);
-    if (!show_piece(c)) {
+    bool wanted = show_piece(c);
+    if (c->crossed) {
+      c->crossed = false;
+      if (wanted && take_branch(c, &wanted) && wanted)
+        continue;
+      c->report.end = wanted ? THRUM_RESPONSE_END_LOST : THRUM_RESPONSE_END_STOPPED;
+      return;
+    }
+    if (!wanted) {
       c->report.end = THRUM_RESPONSE_END_STOPPED;
       return;
     }
@@ -727,11 +823,7 @@ thrum_status thrum_response(const thrum_model *model, const thrum_response_def *
     return thrum_error_set(error, THRUM_NOT_CONVERGED,
                            "the first point is singular: begin at another frequency");
   memcpy(c->normal, c->tangent, (size_t)(n + 1) * sizeof *c->normal);
-  memcpy(c->first_tangent, c->tangent, (size_t)(n + 1) * sizeof *c->normal);
-  memcpy(c->first.x, c->now.x, (size_t)n * sizeof *c->first.x);
-  c->first.omega = c->now.omega;
-  memset(c->before, 0, (size_t)(n + 1) * sizeof *c->before);
-  c->before[n] = 1;
+  begin_here(c);
   c->unstable = look_at_stability(c, &c->now);
   if (!show(c, &c->now, 0, THRUM_RESPONSE_REGULAR, c->unstable,
             c->unstable >= 0 ? c->floquet.values : NULL))

@@ -3,9 +3,9 @@
  * A fold is where the direction of the curve has no part of the frequency: its zero is found by the
  * false position of Illinois (Dowell and Jarratt 1971, doi:10.1007/BF01934364), with directions of
  * Jacobians of their own. Where the number of unstable multipliers changes, halving finds the
- * place, and the multiplier that has just left the unit circle names it. At a fold a multiplier
- * goes through 1 too, but the determinant of the equations with the direction keeps its sign: only
- * where that changes do curves cross.
+ * place, and the multiplier that has just left the unit circle names it. Curves cross where the
+ * determinant of the equations with the direction changes its sign, which a fold does not; halving
+ * finds that too, of the same equations as the points, so that the other curve can begin there.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include "core/base/fp_contract.h"
@@ -14,20 +14,28 @@
 
 #include <math.h>
 
-#include "response/square_system.h"
-
 #define HALVINGS 30
 #define FALSE_POSITIONS 40
 #define EXACT 1e-7      /* of the frequency: a place known as well is found */
 #define EXACT_FOLD 1e-9 /* of the direction */
+#define ONE_PLACE 0.1   /* of a step */
 #define BEYOND 4        /* half steps outside in which a fold is looked for */
 
 bool thrum_piece_at(thrum_piece *piece, double position) {
   const int64_t n = piece->corrector->balance->unknowns;
+  const thrum_corrector *c = piece->corrector;
   thrum_place *at = &piece->at;
+
+  // the cubic with both directions: nearer to this curve than to one that crosses it
+  const double p = position, rest = 1 - p, to_end = p * p * (3 - 2 * p);
+  const double first = piece->step * p * rest * rest;
+  const double last =
+      piece->step * p * p * -rest / thrum_direction_product(n + 1, piece->normal, piece->tangent);
   for (int64_t i = 0; i < n; i++)
-    at->x[i] = piece->begin.x[i] + position * (piece->end.x[i] - piece->begin.x[i]);
-  at->omega = piece->begin.omega + position * (piece->end.omega - piece->begin.omega);
+    at->x[i] = piece->begin.x[i] + to_end * (piece->end.x[i] - piece->begin.x[i]) +
+               c->size * (first * piece->normal[i] + last * piece->tangent[i]);
+  at->omega = piece->begin.omega + to_end * (piece->end.omega - piece->begin.omega) +
+              c->width * (first * piece->normal[n] + last * piece->tangent[n]);
   return thrum_corrector_solve(piece->corrector, piece->normal, &piece->begin,
                                position * piece->step, at);
 }
@@ -41,14 +49,14 @@ static double turn_at(thrum_piece *piece, double position) {
   return piece->tangent_at[n];
 }
 
-/* Position of the fold; NaN where there is none. */
-static double find_fold(thrum_piece *piece) {
+/* Position of the fold, also so many half steps outside; NaN where there is none. */
+static double find_fold(thrum_piece *piece, int beyond) {
   double low = 0, high = 1;
   double at_low = turn_at(piece, low), at_high = turn_at(piece, high);
 
   // directions of the ends are those of factors nearby, so the fold may be outside
   const bool before = fabs(at_low) < fabs(at_high);
-  for (int it = 1; it <= BEYOND && at_low * at_high > 0; it++) {
+  for (int it = 1; it <= beyond && at_low * at_high > 0; it++) {
     if (before)
       at_low = turn_at(piece, low = -0.5 * it);
     else
@@ -79,16 +87,33 @@ static double find_fold(thrum_piece *piece) {
 
 /* The sign of the determinant at a position; 0 where it is not found. */
 static int sign_at(thrum_piece *piece, double position) {
-  const thrum_corrector *c = piece->corrector;
-  return isnan(turn_at(piece, position))
-             ? 0
-             : thrum_square_sign(c->matrix, c->balance->unknowns + 1, c->columns);
+  return isnan(turn_at(piece, position)) ? 0 : thrum_corrector_sign(piece->corrector);
 }
 
 static int32_t unstable_at(thrum_piece *piece, double position) {
   return thrum_piece_at(piece, position) && thrum_floquet_solve(piece->floquet, &piece->at)
              ? thrum_floquet_unstable(piece->floquet)
              : -1;
+}
+
+/* Position of the branch point; NaN where there is none. The signs of the factors at hand may be of
+ * places next to the ends, so a change is looked at again. */
+static double find_branch(thrum_piece *piece) {
+  double low = 0, high = 1;
+  if (piece->sign_begin * piece->sign_end >= 0)
+    return NAN;
+  piece->sign_begin = sign_at(piece, 0);
+  piece->sign_end = sign_at(piece, 1);
+  if (piece->sign_begin * piece->sign_end >= 0)
+    return NAN;
+  for (int it = 0; it < HALVINGS && (high - low) * piece->step > EXACT; it++) {
+    const double middle = 0.5 * (low + high);
+    if (sign_at(piece, middle) == piece->sign_begin)
+      low = middle;
+    else
+      high = middle;
+  }
+  return 0.5 * (low + high);
 }
 
 /* The first change of stability from `low` on, where `unstable` are so: its position in *position,
@@ -135,13 +160,18 @@ int32_t thrum_piece_specials(thrum_piece *piece, double positions[THRUM_SPECIAL_
                              thrum_response_kind kinds[THRUM_SPECIAL_MAX]) {
   const int64_t n = piece->corrector->balance->unknowns;
   int32_t count = 0;
-  if (piece->normal[n] * piece->tangent[n] < 0) {
-    const double fold = find_fold(piece);
-    if (!isnan(fold))
-      insert(positions, kinds, &count, fold, THRUM_RESPONSE_FOLD);
-  }
+  const bool turns = piece->normal[n] * piece->tangent[n] < 0;
+  const double branch = find_branch(piece);
+  const double fold = turns || !isnan(branch) ? find_fold(piece, turns ? BEYOND : 0) : NAN;
+  const bool both = fabs(fold - branch) < ONE_PLACE;
 
-  // one change of stability after the other
+  // what turns back where it crosses another curve has one place, which the fold gives exactly
+  if (!isnan(fold))
+    insert(positions, kinds, &count, fold, both ? THRUM_RESPONSE_BRANCH : THRUM_RESPONSE_FOLD);
+  if (!isnan(branch) && !both)
+    insert(positions, kinds, &count, branch, THRUM_RESPONSE_BRANCH);
+
+  // one change of stability after the other; those through 1 are folds or branch points
   double low = 0;
   int32_t unstable = piece->unstable_begin;
   for (int it = 1; piece->floquet != NULL && unstable >= 0 && piece->unstable_end >= 0 &&
@@ -149,8 +179,7 @@ int32_t thrum_piece_specials(thrum_piece *piece, double positions[THRUM_SPECIAL_
        it++) {
     thrum_response_kind kind = THRUM_RESPONSE_REGULAR;
     unstable = find_change(piece, low, unstable, &low, &kind);
-    const bool crosses = kind != THRUM_RESPONSE_BRANCH || sign_at(piece, 0) * sign_at(piece, 1) < 0;
-    if (unstable >= 0 && kind != THRUM_RESPONSE_REGULAR && crosses)
+    if (unstable >= 0 && kind != THRUM_RESPONSE_REGULAR && kind != THRUM_RESPONSE_BRANCH)
       insert(positions, kinds, &count, low, kind);
   }
   return count;

@@ -17,8 +17,9 @@ typedef struct thrum_piece {
   thrum_place begin, end;
   double step;                          /* from one to the other along the normal */
   int32_t unstable_begin, unstable_end; /* -1: not known */
-  thrum_place at;                       /* room for a point, */
-  double *tangent_at;                   /* and for its direction */
+  int sign_begin, sign_end; /* of the determinant, by factors nearby; what is found is put there */
+  thrum_place at;           /* room for a point, */
+  double *tangent_at;       /* and for its direction */
 } thrum_piece;
 
 /* Positions along the step, 0 to 1, with the kind of each, ascending; returns how many. */

@@ -12,7 +12,7 @@
  * A curve of such motions is followed by its arc length, through folds, from one frequency to
  * another (forced) or from rest by amplitude (backbone: free and undamped, even in time). Its
  * motions come to the caller one by one, with those where its stability changes in between, in
- * order.
+ * order. Where curves cross it may go on along the other one.
  *
  * The library needs libthrum and libm. It allocates nothing: all memory is the workspace. Any
  * thread, as long as each has its own workspace. Equations: docs/mathematics/21_periodic_motion.md.
@@ -91,6 +91,15 @@ typedef struct thrum_response_def {
    * [kg^1/2 m/s^2]: f = mean + cosine cos(Omega t) + sine sin(Omega t). NULL, the default: none. A
    * forced curve needs one of the last two, and a backbone has none. */
   const double *load_mean, *load_cosine, *load_sine;
+
+  /* Periods of the load in one of the motion; 1 to harmonics, default 1. All frequencies are the
+   * motion's: the load swings with periods times Omega. With 2, what a curve of 1 calls a period
+   * doubling is a branch point. A backbone has 1. */
+  int32_t periods;
+
+  /* N: at the Nth branch point the curve goes on along the other curve through it, to one side;
+   * -N: to the other. 0, the default: it goes straight on. */
+  int32_t branch;
 } thrum_response_def;
 
 /* A def with every default set. size: of the def as the caller knows it, which may be

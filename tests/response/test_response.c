@@ -4,6 +4,8 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "tests/support/condensed_support.h"
 
+#include <complex.h>
+
 #include "thrum/response.h"
 
 /* A sweep: its steps, its rate, how long it rests before, and where jumps are over. */
@@ -497,6 +499,144 @@ static void the_normal_form_is_the_backbone_at_small_amplitudes(void **context) 
   }
 }
 
+/* Two modes, q1'' + d q1' + 4 q1 + e q2^2 = F cos(2 tau), q2'' + d q2' + q2 + 2 e q1 q2 = 0. Two
+ * harmonics of tau have a closed form: q2 = Re(A e^(i tau)), q1 = m + Re(B e^(2 i tau)), m = -e
+ * |A|^2 / 8, e |B| = |z2|, |e |A|^2 / 2 - z1 z2 / e| = F with z1 = 4 - 4 s^2 + 2 i d s, z2 = 1 -
+ * s^2 + 2 e m
+ * + i d s at the frequency s. */
+typedef struct pair {
+  double omega2[2], damping[2], load[2], c3[4], c4[5], e;
+  thrum_model model;
+  thrum_response_def def;
+} pair;
+
+static void pair_make(pair *o, double e, double d, double force) {
+  static const int32_t format[2] = {THRUM_MODEL_FORMAT_MAJOR, THRUM_MODEL_FORMAT_MINOR};
+  *o = (pair){.omega2 = {4, 1}, .damping = {d, d}, .load = {force, 0}, .e = e};
+  o->c3[thrum_c3_index(2, 0, 1, 1)] = e;
+  o->model = (thrum_model){.rank = 2,
+                           .c3_count = 4,
+                           .c4_count = 5,
+                           .format = format,
+                           .omega2 = o->omega2,
+                           .c3 = o->c3,
+                           .c4 = o->c4};
+  o->def = thrum_default_response_def();
+  o->def.from = 0.8;
+  o->def.to = 1.2;
+  o->def.damping = o->damping;
+  o->def.load_cosine = o->load;
+  o->def.periods = 2;
+}
+
+/* How far the force of the closed form is from F, over F, where q2 has the square |A|^2. */
+static double pair_misses(const pair *o, double s, double square) {
+  const double complex i = I;
+  const double m = -o->e * square / 8, d = o->damping[0];
+  const double complex z1 = 4 - 4 * s * s + 2 * i * d * s,
+                       z2 = 1 - s * s + 2 * o->e * m + i * d * s;
+  return cabs(0.5 * o->e * square - z1 * z2 / o->e) / o->load[0] - 1;
+}
+
+static void a_curve_goes_on_along_the_other_one_at_a_branch_point(void **context) {
+  (void)context;
+  pair o;
+  pair_make(&o, 0.2, 0.05, 0.1);
+  o.def.harmonics = 2;
+  curve *straight = follow(&o.model, &o.def);
+  double crossings[2];
+  int count = 0;
+  for (int n = 0; n < straight->count; n++)
+    if (straight->points[n].kind == THRUM_RESPONSE_BRANCH && count < 2) {
+      crossings[count++] = straight->points[n].omega;
+      assert_true(fabs(pair_misses(&o, straight->points[n].omega, 0)) < 1e-5);
+    }
+  assert_int_equal(count, 2);
+  assert_int_equal(straight->report.special, 2);
+  assert_int_equal(straight->report.end, THRUM_RESPONSE_END_ARRIVED);
+
+  // the other curve, to both sides, which differ by a period of the load
+  double sides[2];
+  for (int side = 0; side < 2; side++) {
+    o.def.branch = side == 0 ? 1 : -1;
+    curve *c = follow(&o.model, &o.def);
+    double largest = 0;
+    int begun = 0;
+    while (c->points[begun].kind != THRUM_RESPONSE_BRANCH)
+      begun++;
+    assert_true(c->points[begun].omega == crossings[0]);
+    for (int n = begun + 1; n < c->count; n++) {
+      const double *x = c->coefficients[n];
+      const double square = x[3] * x[3] + x[7] * x[7];
+      const double bound = c->points[n].kind == THRUM_RESPONSE_BRANCH ? 1e-5 : 1e-9;
+      assert_true(fabs(pair_misses(&o, c->points[n].omega, square)) < bound);
+      largest = fmax(largest, square);
+    }
+    sides[side] = c->coefficients[begun + 10][3];
+    assert_true(largest > 0.5);
+    assert_true(c->report.balance < 1e-9);
+    assert_int_equal(c->report.end, THRUM_RESPONSE_END_CLOSED);
+    free(c);
+  }
+  assert_true(fabs(sides[0]) > 1e-2);
+  assert_true(fabs(sides[0] + sides[1]) < 1e-6);
+  free(straight);
+}
+
+static void a_period_doubling_is_a_branch_point_of_two_periods(void **context) {
+  (void)context;
+  pair o;
+  double found[2][2];
+  for (int run = 0; run < 2; run++) {
+    pair_make(&o, 0.2, 0.05, 0.1);
+    o.def.periods = run + 1;
+    o.def.harmonics = 5 * (run + 1);
+    o.def.from *= 2 - run;
+    o.def.to *= 2 - run;
+    o.def.stability = run == 0;
+    curve *c = follow(&o.model, &o.def);
+    const thrum_response_kind kind =
+        run == 0 ? THRUM_RESPONSE_PERIOD_DOUBLING : THRUM_RESPONSE_BRANCH;
+    int count = 0;
+    for (int n = 0; n < c->count; n++)
+      if (c->points[n].kind == kind && count < 2)
+        found[run][count++] = c->points[n].omega / (2 - run);
+    assert_int_equal(count, 2);
+    free(c);
+  }
+  for (int n = 0; n < 2; n++)
+    assert_true(fabs(found[1][n] / found[0][n] - 1) < 1e-5);
+}
+
+static void a_symmetric_oscillator_swings_to_one_side_after_its_symmetry_breaks(void **context) {
+  (void)context;
+  duffing o;
+  duffing_make(&o, 1, 1, 0.1, 4);
+  thrum_response_def def = thrum_default_response_def();
+  def.from = 1;
+  def.to = 0.3;
+  def.harmonics = 9;
+  def.damping = &o.d;
+  def.load_cosine = &o.force;
+  double means[2];
+  for (int side = 0; side < 2; side++) {
+    def.branch = side == 0 ? 1 : -1;
+    curve *c = follow(&o.model, &def);
+    int begun = 0;
+    while (begun < c->count && c->points[begun].kind != THRUM_RESPONSE_BRANCH)
+      begun++;
+    assert_true(begun + 4 < c->count);
+    for (int n = 0; n < begun; n++)
+      assert_true(fabs(c->coefficients[n][0]) < 1e-9);
+
+    // past the crossing one of them is stable and the mean grows
+    means[side] = c->coefficients[begun + 3][0];
+    assert_true(fabs(means[side]) > 1e-3);
+    free(c);
+  }
+  assert_true(fabs(means[0] + means[1]) < 1e-9);
+}
+
 static void refused(const thrum_model *model, const thrum_response_def *def, thrum_status status,
                     const char *says) {
   size_t size = 77;
@@ -537,6 +677,8 @@ static void bad_input_is_refused(void **context) {
   refused(&o.model, &def, THRUM_INVALID_ARGUMENT, "points");
   def = good, def.tolerance = 0;
   refused(&o.model, &def, THRUM_INVALID_ARGUMENT, "tolerance");
+  def = good, def.periods = 6;
+  refused(&o.model, &def, THRUM_INVALID_ARGUMENT, "periods");
   def = good, def.stability_steps = -1;
   refused(&o.model, &def, THRUM_INVALID_ARGUMENT, "stability_steps");
   def = good, def.amplitude = 0;
@@ -660,6 +802,9 @@ int main(void) {
       cmocka_unit_test(a_load_on_the_slaves_of_a_condensed_model_does_work),
       cmocka_unit_test(inertia_of_slaves_brings_a_backbone_to_that_of_all_coordinates),
       cmocka_unit_test(the_normal_form_is_the_backbone_at_small_amplitudes),
+      cmocka_unit_test(a_curve_goes_on_along_the_other_one_at_a_branch_point),
+      cmocka_unit_test(a_period_doubling_is_a_branch_point_of_two_periods),
+      cmocka_unit_test(a_symmetric_oscillator_swings_to_one_side_after_its_symmetry_breaks),
       cmocka_unit_test(bad_input_is_refused),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
