@@ -372,7 +372,8 @@ static double length_of(int64_t n, const double *x) {
 
 /* The linear answer to the load. */
 static void answer_linearly(const thrum_balance *b, double omega, double *x) {
-  const int64_t r = b->rank, h = b->harmonics;
+  const int64_t r = b->rank, h = b->harmonics, k = b->periods;
+  omega *= (double)k;
   memset(x, 0, (size_t)b->unknowns * sizeof *x);
   for (int64_t i = 0; i < r; i++) {
     const double stiffness = b->model->omega2[i] - omega * omega;
@@ -382,8 +383,8 @@ static void answer_linearly(const thrum_balance *b, double omega, double *x) {
     if (b->model->omega2[i] > 0)
       x[i] = b->load[LOAD_MEAN * r + i] / b->model->omega2[i];
     if (square > 0) {
-      x[r + i] = (stiffness * cosine - damping * sine) / square;
-      x[(h + 1) * r + i] = (stiffness * sine + damping * cosine) / square;
+      x[k * r + i] = (stiffness * cosine - damping * sine) / square;
+      x[(h + k) * r + i] = (stiffness * sine + damping * cosine) / square;
     }
   }
 }
@@ -649,7 +650,7 @@ static bool show_piece(curve *c) {
       continue;
 
     // the direction of factors nearby may be that before the crossing
-    if (++c->crossings != abs(c->def->branch)) {
+    if (++c->crossings != llabs(c->def->branch)) {
       thrum_corrector_tangent_at(&c->corrector, c->normal, &c->next, c->tangent);
     } else {
       c->at.omega = piece.at.omega;

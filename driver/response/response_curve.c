@@ -253,8 +253,10 @@ static void shape_at(const response_curve *c, const double *coefficients, double
                      double phase, double *q, double *p) {
   double x[THRUM_RANK_MAX], v[THRUM_RANK_MAX], load[THRUM_RANK_MAX];
   thrum_response_at(c->stepped->rank, (int32_t)c->harmonics, omega, phase, coefficients, x, v);
+  const double turned = (double)c->request->periods * phase;
+  const double cosine = cos(turned), sine = sin(turned);
   for (int64_t i = 0; i < c->shape->rank; i++)
-    load[i] = c->loads[0][i] + cos(phase) * c->loads[1][i] + sin(phase) * c->loads[2][i];
+    load[i] = c->loads[0][i] + cosine * c->loads[1][i] + sine * c->loads[2][i];
   if (q != NULL)
     thrum_condensed_shape(c->stepped, x, load, q);
   if (p != NULL)
@@ -299,6 +301,7 @@ static bool keep_row(void *context, const thrum_response_point *point) {
   if (point->multipliers != NULL)
     memcpy(row->multiplier, point->multipliers, sizeof row->multiplier);
   row->point.multipliers = row->point.coefficients = NULL;
+  row->point.omega *= (double)c->request->periods;
   memcpy(c->coefficients + c->count * coefficients_of(c), point->coefficients,
          (size_t)coefficients_of(c) * sizeof(double));
   see(c, point);
@@ -320,8 +323,9 @@ void response_curve_state(const response_curve *curve, int64_t row, double *q, d
   double x[THRUM_RANK_MAX], v[THRUM_RANK_MAX];
 
   // a run begins without the static answer of the slaves, which it adds by itself
-  thrum_response_at(curve->stepped->rank, (int32_t)curve->harmonics, curve->rows[row].point.omega,
-                    0, coefficients, x, v);
+  thrum_response_at(curve->stepped->rank, (int32_t)curve->harmonics,
+                    curve->rows[row].point.omega / (double)curve->request->periods, 0, coefficients,
+                    x, v);
   thrum_condensed_shape(curve->stepped, x, NULL, q);
   thrum_condensed_velocity(curve->stepped, x, v, p);
 }
@@ -333,8 +337,10 @@ static thrum_response_def def_of(const response_curve *c, bool stability) {
   thrum_response_def def = thrum_default_response_def();
   def.harmonics = (int32_t)c->harmonics;
   def.mode = request->mode - 1;
-  def.from = THRUM_TWO_PI * c->from;
-  def.to = THRUM_TWO_PI * c->to;
+  def.from = THRUM_TWO_PI * c->from / (double)request->periods;
+  def.to = THRUM_TWO_PI * c->to / (double)request->periods;
+  def.periods = (int32_t)request->periods;
+  def.branch = (int32_t)(request->other_side ? -request->branch : request->branch);
   def.step = request->step;
   def.points = (int32_t)request->points_max;
   def.tolerance = request->tolerance;
@@ -384,7 +390,8 @@ static thrum_status find_start(const response_curve *c, double **start, thrum_er
                              "%lld",
                              path, (long long)c->shape->rank, (long long)rows, (long long)columns);
   const double *const loads[3] = {c->loads[0], c->loads[1], c->loads[2]};
-  const response_orbit orbit = {c->shape, c->rates, loads, THRUM_TWO_PI * c->from};
+  const response_orbit orbit = {c->shape, c->rates, loads, THRUM_TWO_PI * c->from,
+                                c->request->periods};
   THRUM_THEN(status, thrum_reserve(start, coefficients_of(c), sizeof **start, "the start", error));
   THRUM_THEN(status, response_orbit_coefficients(&orbit, state, state + columns, c->stepped->rank,
                                                  c->harmonics, *start, error));
@@ -465,8 +472,9 @@ thrum_status response_curve_find(response_curve *curve, thrum_error *error) {
   const response_request *request = curve->request;
   config_progress progress = config_progress_make(request->quiet);
   const bool open = request->harmonics == 0;
+  const int64_t more = HARMONICS_MORE * request->periods;
   thrum_status status = find_form(curve, error);
-  curve->harmonics = open ? HARMONICS_FIRST : request->harmonics;
+  curve->harmonics = open ? HARMONICS_FIRST * request->periods : request->harmonics;
   int64_t before = curve->harmonics;
 
   // more harmonics while the last of them matter; that is looked for without stability
@@ -476,9 +484,9 @@ thrum_status response_curve_find(response_curve *curve, thrum_error *error) {
     config_progress_update(&progress, label, 0);
     status = follow_again(curve, before, false, error);
     before = curve->harmonics;
-    enough = curve->report.tail <= TAIL_MOST ||
-             curve->harmonics + HARMONICS_MORE > THRUM_RESPONSE_HARMONICS_MAX;
-    curve->harmonics += enough ? 0 : HARMONICS_MORE;
+    enough =
+        curve->report.tail <= TAIL_MOST || curve->harmonics + more > THRUM_RESPONSE_HARMONICS_MAX;
+    curve->harmonics += enough ? 0 : more;
     config_progress_end(&progress, status >= 0);
   }
   if (status >= 0 && (!open || request->stability)) {

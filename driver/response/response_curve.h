@@ -5,7 +5,8 @@
 #include "driver/response/response_options.h"
 #include "thrum/response.h"
 
-/* One motion: what the library says of it, without its arrays, and what is seen at the targets. */
+/* One motion: what the library says of it, without its arrays and with the frequency of the load.
+ */
 typedef struct response_row {
   thrum_response_point point;
   double multiplier[2]; /* the largest; NaN: not looked at */

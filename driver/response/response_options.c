@@ -122,6 +122,14 @@ static const config_option options[] = {
                 .wants = "auto, or a whole number from 1 to 64",
                 .schema =
                     "{\"anyOf\":[{\"const\":\"auto\"},{\"type\":\"integer\",\"minimum\":1}]}"),
+    OPTION_COUNT("periods", "1",
+                 "periods of the load in one of the motion: with 2, period doublings are branch "
+                 "points, and half of the harmonics lie between those of the load",
+                 AT(periods), CONFIG_RANGE(1, THRUM_RESPONSE_HARMONICS_MAX)),
+    OPTION_COUNT("branch", NULL,
+                 "at branch point N of the curve go on along the other curve through it",
+                 .value = "N", AT(branch), CONFIG_RANGE(1, 1000)),
+    OPTION_FLAG("other-side", "to the other side of it", AT(other_side)),
     OPTION_WORD("condense", "N", "8 modes at most, where the basis has all their derivatives",
                 "let the lowest N coordinates move and the others follow them at rest; none: all "
                 "move",
@@ -197,6 +205,7 @@ const config_command command_response = {
         "response panel.npz --mode 1 -o backbone\n"
         "response panel.npz --load sine:0,0,10@load --damping-ratio 0.002 --from 20 --to 26 "
         "-o forced\n"
+        "response panel.npz --load sine:0,0,10@load --damping-ratio 0.002 --periods 2 --branch 1\n"
         "response panel.npz --base-motion sine:0,0,2 --q 500 --from 26 --to 20 --json",
     .exits = "0 done, 1 refused, 2 usage, 3 found but flagged (the curve was lost on the way, or "
              "the mesh misses its orbits)",
@@ -228,6 +237,7 @@ int response_options_read(int argc, char **argv, response_request *request) {
   request->points_max = usual.points;
   request->stability = true;
   request->check = -1;
+  request->periods = 1;
   request->check_error = CHECK_ERROR;
   request->followers = true;
   CONFIG_TRY(config_options_read_one(&command_response, "model", argc, argv, request,
@@ -259,6 +269,15 @@ int response_options_read(int argc, char **argv, response_request *request) {
   if (request->start_from != NULL && (request->mode > 0 || request->from == 0))
     return config_usage("response", "--start-from is of a forced curve, and goes with --from, the "
                                     "frequency of that motion");
+  if (request->mode > 0 && request->periods > 1)
+    return config_usage("response", "--periods is of a load, and --mode is a free motion");
+  if (request->harmonics > 0 && request->harmonics < request->periods)
+    return config_usage("response",
+                        "--harmonics %lld: the load alone has harmonic %lld, as many as "
+                        "--periods",
+                        (long long)request->harmonics, (long long)request->periods);
+  if (request->other_side && request->branch == 0)
+    return config_usage("response", "--other-side is of a --branch");
   if (request->start_count > 0 && request->output == NULL)
     return config_usage("response", "--start writes into a folder: name it with -o");
   request->target_given = request->target_count;

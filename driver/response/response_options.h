@@ -17,7 +17,10 @@ typedef struct response_request {
   const char **at;      /* targets, as given */
   load_target *targets; /* the same, parsed */
   int64_t target_count;
-  int64_t harmonics; /* 0: as many as are needed */
+  int64_t harmonics; /* of the motion; 0: as many as are needed */
+  int64_t periods;   /* of the load in one of the motion */
+  int64_t branch;    /* branch point after which the other curve is followed; 0: none */
+  bool other_side;   /* of it */
   damping_spec damping;
   int64_t condense;       /* masters; -1: by the model, 0: none follow */
   double amplitude;       /* at which a backbone ends [m]; infinite: it does not */

@@ -11,7 +11,7 @@
 
 /* Where the coefficients of a motion are summed. */
 typedef struct sums {
-  int64_t rank, harmonics;
+  int64_t rank, harmonics, steps;
   double *coefficients;
 } sums;
 
@@ -34,7 +34,7 @@ thrum_status response_orbit_run(const response_orbit *orbit, const double *q, co
   double now[THRUM_RANK_MAX], force[THRUM_RANK_MAX];
   THRUM_TRY(thrum_state_create(&damped, &def, &state, error));
   thrum_status status = thrum_state_set(&damped, state, q, p, error);
-  for (int64_t step = 0; step < STEPS && status >= 0; step++) {
+  for (int64_t step = 0; step < STEPS * orbit->periods && status >= 0; step++) {
     double cosine = 0, sine = 0;
     response_orbit_means(step, &cosine, &sine);
     for (int64_t i = 0; i < damped.rank; i++)
@@ -50,11 +50,11 @@ thrum_status response_orbit_run(const response_orbit *orbit, const double *q, co
 
 static thrum_status add_step(void *context, int64_t step, const double *q, thrum_error *error) {
   const sums *s = context;
-  const double phase = THRUM_TWO_PI * (double)(step + 1) / STEPS;
+  const double share = 1 / (double)s->steps, phase = THRUM_TWO_PI * (double)(step + 1) * share;
   (void)error;
   for (int64_t k = 0; k <= s->harmonics; k++) {
-    const double cosine = (k > 0 ? 2 : 1) * cos((double)k * phase) / STEPS;
-    const double sine = 2 * sin((double)k * phase) / STEPS;
+    const double cosine = (k > 0 ? 2 : 1) * cos((double)k * phase) * share;
+    const double sine = 2 * sin((double)k * phase) * share;
     for (int64_t i = 0; i < s->rank; i++) {
       s->coefficients[k * s->rank + i] += cosine * q[i];
       if (k > 0)
@@ -67,7 +67,7 @@ static thrum_status add_step(void *context, int64_t step, const double *q, thrum
 thrum_status response_orbit_coefficients(const response_orbit *orbit, const double *q,
                                          const double *p, int64_t rank, int64_t harmonics,
                                          double *coefficients, thrum_error *error) {
-  sums s = {rank, harmonics, coefficients};
+  sums s = {rank, harmonics, STEPS * orbit->periods, coefficients};
   memset(coefficients, 0, (size_t)((2 * harmonics + 1) * rank) * sizeof *coefficients);
   return response_orbit_run(orbit, q, p, add_step, &s, error);
 }

@@ -13,6 +13,14 @@
 #define TWIN 1e-3        /* of a frequency: modes that near are one pair */
 #define TAIL_WARNED 1e-3 /* of the kinetic energy in the last two harmonics */
 
+/* How many there are on the curve. */
+static int64_t branch_points(const response_curve *c) {
+  int64_t count = 0;
+  for (int64_t n = 0; n < c->count; n++)
+    count += c->rows[n].point.kind == THRUM_RESPONSE_BRANCH;
+  return count;
+}
+
 const char *response_flag(const response_curve *curve, const response_worth *worth) {
   switch (curve->report.end) {
   case THRUM_RESPONSE_END_LOST:
@@ -27,6 +35,8 @@ const char *response_flag(const response_curve *curve, const response_worth *wor
   case THRUM_RESPONSE_END_CLOSED:
     break;
   }
+  if (branch_points(curve) < curve->request->branch)
+    return "unbranched";
   if (curve->report.tail > TAIL_WARNED)
     return "coarse";
   return worth->count > 0 && !(worth->largest <= curve->request->check_error) ? "missed" : NULL;
@@ -76,13 +86,14 @@ static void add_resonances(const response_curve *c, cJSON *object) {
     low = fmin(low, c->rows[n].point.omega);
     high = fmax(high, c->rows[n].point.omega);
   }
-  for (int64_t k = 2; k <= c->harmonics; k++)
+  for (int64_t k = c->request->periods + 1; k <= c->harmonics; k++)
     for (int64_t mode = 0; mode < c->stepped->rank; mode++) {
-      const double omega = sqrt(c->stepped->omega2[mode]) / (double)k;
+      const double multiple = (double)k / (double)c->request->periods;
+      const double omega = sqrt(c->stepped->omega2[mode]) / multiple;
       if (omega < low || omega > high)
         continue;
       cJSON *item = json_add_row(list);
-      json_number(item, "harmonic", (double)k);
+      json_number(item, "harmonic", multiple);
       json_number(item, "mode", (double)mode + 1);
       json_number(item, "frequency_hz", hertz(omega));
     }
@@ -140,6 +151,8 @@ cJSON *response_report_object(const response_curve *curve, const response_worth 
   json_number(object, "from_hz", curve->from);
   json_number(object, "to_hz", curve->to);
   json_number(object, "harmonics", (double)curve->harmonics);
+  json_number(object, "periods", (double)request->periods);
+  json_number(object, "branch", request->branch > 0 ? (double)request->branch : NAN);
   json_strings(object, "at", curve->at, curve->target_count);
   double frequencies[8];
   const int64_t shown = curve->stepped->rank < 8 ? curve->stepped->rank : 8;
@@ -263,6 +276,9 @@ void response_report_warn(const response_curve *curve, const response_worth *wor
     config_warn("the stability of %" PRId64 " points depends on the steps: take more "
                 "--stability-steps",
                 open);
+  if (branch_points(curve) < request->branch)
+    config_warn("--branch %lld: the curve has %lld branch points, and went straight on",
+                (long long)request->branch, (long long)branch_points(curve));
   if (curve->report.end == THRUM_RESPONSE_END_LOST)
     config_warn("the curve was lost at %.6g Hz: what was found before is kept", last);
   if (curve->report.end == THRUM_RESPONSE_END_POINTS)
@@ -272,5 +288,5 @@ void response_report_warn(const response_curve *curve, const response_worth *wor
   if (curve->report.end == THRUM_RESPONSE_END_LEFT)
     config_warn("the curve turned back and left the range at --from, %.6g Hz", last);
   if (curve->report.end == THRUM_RESPONSE_END_CLOSED)
-    config_warn("the curve closed on itself: it is an isola");
+    config_warn("the curve closed on itself at %.6g Hz", last);
 }

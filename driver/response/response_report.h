@@ -7,7 +7,8 @@
 
 #include "driver/response/response_worth.h"
 
-/* What flags it, NULL where nothing does: "lost", "points", "stopped", "missed". */
+/* What flags it, NULL where nothing does: "lost", "points", "stopped", "unbranched", "coarse",
+ * "missed". */
 const char *response_flag(const response_curve *curve, const response_worth *worth);
 
 /* The report as an object, which the caller prints or deletes. */

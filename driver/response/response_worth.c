@@ -73,7 +73,7 @@ static thrum_status step_mesh(mesh_run *run, thrum_full *body, const double *q, 
   THRUM_TRY(thrum_displacement(shape, q, 0, shape->vertex_count, run->start, error));
   THRUM_TRY(thrum_displacement(shape, p, 0, shape->vertex_count, run->v, error));
   THRUM_TRY(thrum_full_set(body, run->start, run->v, error));
-  for (int64_t step = 0; step < STEPS; step++) {
+  for (int64_t step = 0; step < STEPS * run->curve->request->periods; step++) {
     run->late = thrum_stop_requested() || clock_seconds() > run->until;
     if (run->late)
       return THRUM_OK;
@@ -106,7 +106,7 @@ static thrum_status step_model(mesh_run *run, double omega, const double *q, con
                                double *missed, thrum_error *error) {
   const response_curve *c = run->curve;
   const double *const loads[3] = {c->loads[0], c->loads[1], c->loads[2]};
-  const response_orbit orbit = {c->shape, c->rates, loads, omega};
+  const response_orbit orbit = {c->shape, c->rates, loads, omega, c->request->periods};
   run->largest = 0;
   THRUM_TRY(response_orbit_run(&orbit, q, p, show_step, run, error));
   *missed = rms(run->size, run->u, run->start) / run->largest;

@@ -313,6 +313,27 @@ static void too_few_harmonics_flag_the_curve(void **state) {
   cJSON_Delete(object);
 }
 
+/* A straight beam is symmetric: nothing crosses its curve, which is the same over two periods. */
+static void a_curve_of_two_periods_is_that_of_one(void **state) {
+  (void)state;
+  double peak[2];
+  for (int n = 0; n < 2; n++) {
+    cJSON *object =
+        object_of(thrum_run(folder, "response", "beam.npz", "--load", LOAD, "--damping-ratio",
+                            "0.01", "--from", "60", "--to", "100", "--stability", "off",
+                            "--no-check", "--json", "-q", "--harmonics", n == 0 ? "5" : "10",
+                            n == 0 ? NULL : "--periods", "2", "--branch", "1", NULL),
+                  n == 0 ? 0 : 3);
+    assert_string_equal(cJSON_GetObjectItemCaseSensitive(object, "status")->valuestring,
+                        n == 0 ? "done" : "unbranched");
+    const cJSON *special = cJSON_GetObjectItemCaseSensitive(object, "special");
+    assert_int_equal(cJSON_GetArraySize(special), 2);
+    peak[n] = json_value(cJSON_GetArrayItem(special, 0), "frequency_hz");
+    cJSON_Delete(object);
+  }
+  assert_true(fabs(peak[1] / peak[0] - 1) < 1e-7);
+}
+
 static void bad_input_is_one_line(void **state) {
   (void)state;
   refuse(2, "which curve", thrum_run(folder, "response", "beam.npz", NULL));
@@ -327,6 +348,13 @@ static void bad_input_is_one_line(void **state) {
   refuse(2, "say the same thing",
          thrum_run(folder, "response", "beam.npz", "--load", LOAD, "--q", "9", "--damping-ratio",
                    "0.1", NULL));
+  refuse(2, "is of a load",
+         thrum_run(folder, "response", "beam.npz", "--mode", "1", "--periods", "2", NULL));
+  refuse(2, "the load alone",
+         thrum_run(folder, "response", "beam.npz", "--load", LOAD, "--periods", "5", "--harmonics",
+                   "4", NULL));
+  refuse(2, "--other-side is of",
+         thrum_run(folder, "response", "beam.npz", "--load", LOAD, "--other-side", NULL));
   refuse(2, "--from",
          thrum_run(folder, "response", "beam.npz", "--mode", "1", "--from", "0", NULL));
   refuse(1, "coordinates that move",
@@ -354,6 +382,7 @@ int main(void) {
       cmocka_unit_test(a_backbone_ends_at_the_size_of_the_body),
       cmocka_unit_test(a_mesh_that_misses_its_orbit_flags_the_curve),
       cmocka_unit_test(too_few_harmonics_flag_the_curve),
+      cmocka_unit_test(a_curve_of_two_periods_is_that_of_one),
       cmocka_unit_test(bad_input_is_one_line),
   };
   return cmocka_run_group_tests(tests, make_models, remove_folder);

@@ -59,6 +59,8 @@ static void use_response(const thrum_model *model, fuzz_draw *draw) {
   def.inertia = draw_byte(draw) % 2;
   def.damping = draw_byte(draw) % 2 ? damping : NULL;
   def.load_cosine = forced ? load : NULL;
+  def.periods = 1 + (int32_t)draw_index(draw, 3);
+  def.branch = (int32_t)draw_index(draw, 5) - 2;
 
   thrum_error error = {0};
   size_t size = 0;
