@@ -30,6 +30,9 @@
 #define FORCED_TO 1.2
 #define FREE_FROM 0.5
 #define FREE_TO 2.0
+#define PAIR_NEAR 0.05 /* of a ratio of frequencies: two modes so near to 1, 2 or 3 are one form   \
+                        */
+#define PAIR_ORDER 3
 #define FORM_PASSES 4  /* of finding the amplitude at which a normal form is found */
 #define FORM_SHARE 0.1 /* of the frequency that its first coefficient makes there */
 
@@ -441,8 +444,28 @@ static thrum_status follow_again(response_curve *c, int64_t harmonics_before, bo
   return status;
 }
 
-/* The normal form of the mode in all coordinates, where the model has one. A first one says at
- * which amplitude its orders are of one size, which is where the second is found. */
+/* The linear mode whose frequency is nearest to 1, 2 or 3 times that of the backbone's, or to a
+ * part of it; *ratio stays 0 where none is near. */
+static void find_partner(const response_curve *c, int64_t modes[2], int32_t *ratio) {
+  const double *omega2 = c->loaded->omega2;
+  const int64_t own = c->request->mode - 1, count = model_meta_modes(c->loaded);
+  double nearest = PAIR_NEAR;
+  for (int64_t other = 0; other < count; other++) {
+    const bool above = omega2[other] > omega2[own];
+    const double between = sqrt(omega2[above ? other : own] / omega2[above ? own : other]);
+    const double whole = round(between), away = fabs(between / whole - 1);
+    if (other == own || whole > 3 || away >= nearest)
+      continue;
+    nearest = away;
+    *ratio = (int32_t)whole;
+    modes[0] = above ? own : other;
+    modes[1] = above ? other : own;
+  }
+}
+
+/* The normal form of the mode in all coordinates, and that with its partner, where the model has
+ * one. A first one says at which amplitude its orders are of one size, which is where the next is
+ * found. */
 static thrum_status find_form(response_curve *c, thrum_error *error) {
   const thrum_model *model = c->loaded;
   const int64_t mode = c->request->mode - 1;
@@ -458,6 +481,10 @@ static thrum_status find_form(response_curve *c, thrum_error *error) {
     const double first = fabs(c->form.coefficients[0]);
     scale = first > 0 ? sqrt(FORM_SHARE * c->form.omega / first) : scale;
   }
+  find_partner(c, c->pair_modes, &c->pair_ratio);
+  if (c->pair_ratio > 0)
+    thrum_normal_form_pair_find(model, c->pair_modes, c->pair_ratio, PAIR_ORDER, scale, workspace,
+                                size, &c->pair, NULL);
   free(workspace);
 
   // the last order alone makes a hundredth of the frequency there

@@ -31,9 +31,12 @@ typedef struct response_curve {
   double *harmonic;     /* rows x targets x 3 x (2 H + 1): mean, then cosines, then sines [m] */
   double *peak;         /* rows x targets: largest displacement [m] */
   thrum_response_report report;
-  thrum_normal_form form; /* of a backbone's mode; omega 0: there is none */
-  double form_amplitude;  /* of the mode at which orders 5 and 7 of it are a hundredth apart [m] */
-  thrum_error failure;    /* of keeping rows */
+  thrum_normal_form form;      /* of a backbone's mode; omega 0: there is none */
+  thrum_normal_form_pair pair; /* of it and a mode near 1:1, 1:2 or 1:3; count 0: there is none */
+  int64_t pair_modes[2];       /* the lower one first */
+  int32_t pair_ratio;
+  double form_amplitude; /* of the mode at which orders 5 and 7 of it are a hundredth apart [m] */
+  thrum_error failure;   /* of keeping rows */
   double seconds;
 } response_curve;
 

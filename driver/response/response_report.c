@@ -120,6 +120,44 @@ static void add_form(const response_curve *c, cJSON *object) {
   json_number(form, "good_to_m", c->form_amplitude);
 }
 
+static void add_pair(const response_curve *c, cJSON *object) {
+  cJSON *form = json_section(object, "normal_form_pair", c->pair.count > 0);
+  if (form == NULL)
+    return;
+  json_numbers(form, "modes",
+               (const double[]){(double)c->pair_modes[0] + 1, (double)c->pair_modes[1] + 1}, 2);
+  json_number(form, "ratio", c->pair_ratio);
+  json_numbers(form, "omega", c->pair.omega, 2);
+  cJSON *list = cJSON_AddArrayToObject(form, "terms");
+  for (int n = 0; n < c->pair.count; n++) {
+    const thrum_normal_form_term *term = &c->pair.terms[n];
+    double powers[4];
+    for (int v = 0; v < 4; v++)
+      powers[v] = term->powers[v];
+    cJSON *item = json_add_row(list);
+    json_number(item, "mode", (double)c->pair_modes[term->of] + 1);
+    json_numbers(item, "powers", powers, 4);
+    json_number(item, "coefficient", term->coefficient);
+  }
+}
+
+/* A row for each term of the normal form of two modes. */
+static void print_pair(const response_curve *c) {
+  static const char *const names[4] = {"z1", "z1*", "z2", "z2*"};
+  printf("two modes    z1 of mode %" PRId64 " and z2 of mode %" PRId64
+         " near 1:%d (%.5g): z' = i (omega z + sum of f z^p)\n",
+         c->pair_modes[0] + 1, c->pair_modes[1] + 1, (int)c->pair_ratio,
+         c->pair.omega[1] / c->pair.omega[0]);
+  for (int n = 0; n < c->pair.count; n++) {
+    const thrum_normal_form_term *term = &c->pair.terms[n];
+    printf("             z%d'  %+.6g ", (int)term->of + 1, term->coefficient);
+    for (int v = 0; v < 4; v++)
+      for (int power = 0; power < term->powers[v]; power++)
+        printf(" %s", names[v]);
+    printf("\n");
+  }
+}
+
 /* How far the mesh misses the orbits. */
 static void add_worth(const response_curve *c, const response_worth *worth, cJSON *object) {
   cJSON *list = cJSON_AddArrayToObject(object, "mesh");
@@ -175,6 +213,7 @@ cJSON *response_report_object(const response_curve *curve, const response_worth 
   add_resonances(curve, object);
 
   add_form(curve, object);
+  add_pair(curve, object);
   add_worth(curve, worth, object);
 
   // how well it was found, and at what cost
@@ -226,6 +265,8 @@ void response_report_table(const response_curve *curve, const response_worth *wo
            "apart at %.3g m\n",
            curve->form.coefficients[0] > 0 ? "hardening" : "softening", form_second(&curve->form),
            form_third(&curve->form), curve->form_amplitude);
+  if (curve->pair.count > 0)
+    print_pair(curve);
   if (report->balance > 0)
     printf("balance      work of the load and dissipation agree to %.1e\n", report->balance);
   for (int64_t n = 0; n < worth->count; n++)

@@ -226,6 +226,31 @@ THRUM_API thrum_status thrum_normal_form_find(const thrum_model *model, int64_t 
                                               void *workspace, size_t workspace_size,
                                               thrum_normal_form *found, thrum_error *error);
 
+/* One coefficient f of zdot_j = i (omega_j z_j + sum of f z_1^a zbar_1^b z_2^c zbar_2^d). */
+typedef struct thrum_normal_form_term {
+  int32_t of;         /* j: 0 or 1 */
+  int32_t powers[4];  /* a, b, c, d */
+  double coefficient; /* [1/s over (kg^1/2 m) to the order less one] */
+} thrum_normal_form_term;
+
+#define THRUM_NORMAL_FORM_PAIR_ORDER 5
+#define THRUM_NORMAL_FORM_TERMS_MAX 64
+typedef struct thrum_normal_form_pair {
+  double omega[2]; /* [rad/s] */
+  int32_t count;
+  thrum_normal_form_term terms[THRUM_NORMAL_FORM_TERMS_MAX];
+} thrum_normal_form_pair;
+
+/* The normal form of two modes (0-based) of which the second has about `ratio` times the frequency
+ * of the first, 1 to 3, to the order 2 to THRUM_NORMAL_FORM_PAIR_ORDER: all terms that turn as
+ * their mode does where the ratio is exact. The rest as of thrum_normal_form_find, whose workspace
+ * is enough. */
+THRUM_API thrum_status thrum_normal_form_pair_find(const thrum_model *model, const int64_t modes[2],
+                                                   int32_t ratio, int32_t order, double scale,
+                                                   void *workspace, size_t workspace_size,
+                                                   thrum_normal_form_pair *found,
+                                                   thrum_error *error);
+
 #ifdef __cplusplus
 }
 #endif

@@ -92,6 +92,16 @@ static void use_normal_form(const thrum_model *model, fuzz_draw *draw) {
   fuzz_check(status, &error);
   if (status >= 0)
     must_be_finite(found.coefficients, 3);
+
+  // the same of two modes
+  thrum_normal_form_pair pair;
+  const int64_t modes[2] = {mode, draw_index(draw, model->rank + 1)};
+  const thrum_status both = thrum_normal_form_pair_find(
+      model, modes, (int32_t)draw_index(draw, 5), (int32_t)draw_index(draw, 5), draw_above(draw, 1),
+      workspace, size, &pair, &error);
+  fuzz_check(both, &error);
+  for (int n = 0; both >= 0 && n < pair.count; n++)
+    must_be_finite(&pair.terms[n].coefficient, 1);
   free(workspace);
 }
 

@@ -499,6 +499,125 @@ static void the_normal_form_is_the_backbone_at_small_amplitudes(void **context) 
   }
 }
 
+/* The coefficient of a term of a pair; 0 where it has none. */
+static double term_of(const thrum_normal_form_pair *form, int of, int a, int b, int c, int d) {
+  for (int n = 0; n < form->count; n++) {
+    const int32_t *p = form->terms[n].powers;
+    if (form->terms[n].of == of && p[0] == a && p[1] == b && p[2] == c && p[3] == d)
+      return form->terms[n].coefficient;
+  }
+  return 0;
+}
+
+/* V = .. + k q_1^2 q_2 (1:2), k q_1^3 q_2 (1:3) and k q_1^2 q_2^2 (1:1): the lowest terms of their
+ * normal forms are those of the forces, over 2 omega. */
+static void the_normal_form_of_two_modes_has_the_terms_of_their_polynomial(void **context) {
+  (void)context;
+  static const int32_t format[2] = {THRUM_MODEL_FORMAT_MAJOR, THRUM_MODEL_FORMAT_MINOR};
+  for (int ratio = 1; ratio <= 3; ratio++) {
+    const double k = 0.7, omega2[2] = {1, (ratio + 0.05) * (ratio + 0.05)};
+    double c3[4] = {0}, c4[5] = {0};
+    if (ratio == 2)
+      c3[thrum_c3_index(2, 0, 0, 1)] = k;
+    else
+      c4[ratio == 3 ? thrum_c4_index(2, 0, 0, 0, 1) : thrum_c4_index(2, 0, 0, 1, 1)] = k;
+    const thrum_model model = {.rank = 2,
+                               .c3_count = 4,
+                               .c4_count = 5,
+                               .format = format,
+                               .omega2 = omega2,
+                               .c3 = c3,
+                               .c4 = c4};
+    size_t size = 0;
+    assert_int_equal(thrum_normal_form_size(&model, 0, &size, NULL), THRUM_OK);
+    void *memory = aligned_alloc(64, (size + 63) / 64 * 64);
+    thrum_normal_form_pair form;
+    const int64_t modes[2] = {0, 1}, twice[2] = {1, 1};
+    assert_int_equal(
+        thrum_normal_form_pair_find(&model, modes, ratio, 3, 0.5, memory, size, &form, NULL),
+        THRUM_OK);
+    const double second = sqrt(omega2[1]);
+    const double first_found = ratio == 1   ? term_of(&form, 0, 1, 0, 1, 1)
+                               : ratio == 2 ? term_of(&form, 0, 0, 1, 1, 0)
+                                            : term_of(&form, 0, 0, 2, 1, 0);
+    const double second_found = ratio == 1   ? term_of(&form, 1, 1, 1, 1, 0)
+                                : ratio == 2 ? term_of(&form, 1, 2, 0, 0, 0)
+                                             : term_of(&form, 1, 3, 0, 0, 0);
+    const double first_force = ratio == 1 ? 4 * k : ratio == 2 ? 2 * k : 3 * k;
+    const double second_force = ratio == 1 ? 4 * k : k;
+    assert_true(fabs(first_found / (first_force / 2) - 1) < 1e-12);
+    assert_true(fabs(second_found / (second_force / (2 * second)) - 1) < 1e-12);
+    assert_int_equal(
+        thrum_normal_form_pair_find(&model, twice, ratio, 3, 0.5, memory, size, &form, NULL),
+        THRUM_INVALID_ARGUMENT);
+    assert_int_equal(
+        thrum_normal_form_pair_find(&model, modes, 4, 3, 0.5, memory, size, &form, NULL),
+        THRUM_INVALID_ARGUMENT);
+    free(memory);
+  }
+}
+
+/* How far a motion of harmonic balance misses the normal form, each row over its frequency; both
+ * modes swing with cosines, and rho_j (j Omega's multiple + omega_j) = 2 omega_j times half of the
+ * harmonic, as of one mode. */
+static double form_misses(const thrum_normal_form_pair *form, int ratio, double omega,
+                          const double harmonics[2]) {
+  double rho[2], largest = 0;
+  for (int j = 0; j < 2; j++) {
+    const double turning = (j == 0 ? 1 : ratio) * omega;
+    rho[j] = 0.5 * harmonics[j] * (turning + form->omega[j]) / (2 * form->omega[j]);
+  }
+  for (int j = 0; j < 2; j++) {
+    double sum = (form->omega[j] - (j == 0 ? 1 : ratio) * omega) * rho[j];
+    for (int n = 0; n < form->count; n++) {
+      const int32_t *p = form->terms[n].powers;
+      if (form->terms[n].of == j)
+        sum += form->terms[n].coefficient * pow(rho[0], p[0] + p[1]) * pow(rho[1], p[2] + p[3]);
+    }
+    largest = fmax(largest, fabs(sum));
+  }
+  return largest;
+}
+
+/* Backbones near 1:1, 1:2 and 1:3 obey the normal form but for its next order. */
+static void the_normal_form_of_two_modes_is_their_backbone(void **context) {
+  (void)context;
+  for (int ratio = 1; ratio <= 3; ratio++) {
+    random_model m;
+    const double last = ratio + 0.03;
+    random_model_make(&m, 11, 3, 1, last, 2);
+    const int64_t modes[2] = {0, 2};
+    size_t size = 0;
+    assert_int_equal(thrum_normal_form_size(&m.model, 0, &size, NULL), THRUM_OK);
+    void *memory = aligned_alloc(64, (size + 63) / 64 * 64);
+    for (int order = 3; order <= 5; order += 2) {
+      thrum_normal_form_pair form;
+      if (thrum_normal_form_pair_find(&m.model, modes, ratio, order, 0.3, memory, size, &form,
+                                      NULL) != THRUM_OK)
+        fail_msg("no form of 1:%d", ratio);
+      double misses[2];
+      for (int half = 0; half < 2; half++) {
+        thrum_response_def def = thrum_default_response_def();
+        def.mode = 0;
+        def.harmonics = 9;
+        def.from = 0.5;
+        def.to = 2;
+        def.amplitude = half ? 0.03 : 0.06;
+        def.stability = 0;
+        curve *c = follow(&m.model, &def);
+        const double *x = c->coefficients[c->count - 1];
+        const double harmonics[2] = {x[3], x[3 * ratio + 2]};
+        misses[half] = form_misses(&form, ratio, c->points[c->count - 1].omega, harmonics);
+        free(c);
+      }
+      assert_true(misses[0] < 1e-6 && misses[0] > 0);
+      assert_true(log2(misses[0] / misses[1]) > order + 0.8);
+    }
+    free(memory);
+    random_model_free(&m);
+  }
+}
+
 /* Two modes, q1'' + d q1' + 4 q1 + e q2^2 = F cos(2 tau), q2'' + d q2' + q2 + 2 e q1 q2 = 0. Two
  * harmonics of tau have a closed form: q2 = Re(A e^(i tau)), q1 = m + Re(B e^(2 i tau)), m = -e
  * |A|^2 / 8, e |B| = |z2|, |e |A|^2 / 2 - z1 z2 / e| = F with z1 = 4 - 4 s^2 + 2 i d s, z2 = 1 -
@@ -802,6 +921,8 @@ int main(void) {
       cmocka_unit_test(a_load_on_the_slaves_of_a_condensed_model_does_work),
       cmocka_unit_test(inertia_of_slaves_brings_a_backbone_to_that_of_all_coordinates),
       cmocka_unit_test(the_normal_form_is_the_backbone_at_small_amplitudes),
+      cmocka_unit_test(the_normal_form_of_two_modes_has_the_terms_of_their_polynomial),
+      cmocka_unit_test(the_normal_form_of_two_modes_is_their_backbone),
       cmocka_unit_test(a_curve_goes_on_along_the_other_one_at_a_branch_point),
       cmocka_unit_test(a_period_doubling_is_a_branch_point_of_two_periods),
       cmocka_unit_test(a_symmetric_oscillator_swings_to_one_side_after_its_symmetry_breaks),
