@@ -15,7 +15,7 @@ typedef struct thrum_floquet {
   double *tangents;           /* 2 x rank x rank */
   double *drag, *inertia; /* the same of velocities and accelerations, where slaves have inertia */
   double *product;        /* rank x 2 rank */
-  double *values;         /* 2 rank pairs */
+  double *values, *kept;  /* 2 rank pairs */
   double *q;              /* rank: the place */
   int32_t *columns;       /* 2 rank */
 } thrum_floquet;

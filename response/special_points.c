@@ -19,6 +19,7 @@
 #define EXACT 1e-7      /* of the frequency: a place known as well is found */
 #define EXACT_FOLD 1e-9 /* of the direction */
 #define ONE_PLACE 0.1   /* of a step */
+#define BESIDE 1e-3     /* of a step: so far from a fold stability is that of its side */
 #define BEYOND 4        /* half steps outside in which a fold is looked for */
 
 bool thrum_piece_at(thrum_piece *piece, double position) {
@@ -116,12 +117,10 @@ static double find_branch(thrum_piece *piece) {
   return 0.5 * (low + high);
 }
 
-/* The first change of stability from `low` on, where `unstable` are so: its position in *position,
- * and how many are unstable behind it. -1 where it is lost. */
-static int32_t find_change(thrum_piece *piece, double low, int32_t unstable, double *position,
-                           thrum_response_kind *kind) {
-  double high = 1;
-  int32_t behind = piece->unstable_end;
+/* The first change of stability between `low`, where `unstable` are so, and `high`, where `behind`
+ * are: its position in *position, and how many are unstable there. -1 where it is lost. */
+static int32_t find_change(thrum_piece *piece, double low, int32_t unstable, double high,
+                           int32_t behind, double *position, thrum_response_kind *kind) {
   const double span = fabs(piece->end.omega - piece->begin.omega) / piece->end.omega;
   for (int it = 0; it < HALVINGS && (high - low) * fmax(span, piece->step) > EXACT; it++) {
     const double middle = 0.5 * (low + high);
@@ -156,6 +155,20 @@ static void insert(double *positions, thrum_response_kind *kinds, int32_t *count
   kinds[at] = kind;
 }
 
+/* One change after the other; those through 1 are folds or branch points. */
+static void find_changes(thrum_piece *piece, double low, int32_t unstable, double high,
+                         int32_t behind, double *positions, thrum_response_kind *kinds,
+                         int32_t *count) {
+  for (int it = 1; it < THRUM_SPECIAL_MAX && unstable >= 0 && behind >= 0 && unstable != behind &&
+                   *count < THRUM_SPECIAL_MAX;
+       it++) {
+    thrum_response_kind kind = THRUM_RESPONSE_REGULAR;
+    unstable = find_change(piece, low, unstable, high, behind, &low, &kind);
+    if (unstable >= 0 && kind != THRUM_RESPONSE_REGULAR && kind != THRUM_RESPONSE_BRANCH)
+      insert(positions, kinds, count, low, kind);
+  }
+}
+
 int32_t thrum_piece_specials(thrum_piece *piece, double positions[THRUM_SPECIAL_MAX],
                              thrum_response_kind kinds[THRUM_SPECIAL_MAX]) {
   const int64_t n = piece->corrector->balance->unknowns;
@@ -171,16 +184,19 @@ int32_t thrum_piece_specials(thrum_piece *piece, double positions[THRUM_SPECIAL_
   if (!isnan(branch) && !both)
     insert(positions, kinds, &count, branch, THRUM_RESPONSE_BRANCH);
 
-  // one change of stability after the other; those through 1 are folds or branch points
-  double low = 0;
-  int32_t unstable = piece->unstable_begin;
-  for (int it = 1; piece->floquet != NULL && unstable >= 0 && piece->unstable_end >= 0 &&
-                   unstable != piece->unstable_end && it < THRUM_SPECIAL_MAX;
-       it++) {
-    thrum_response_kind kind = THRUM_RESPONSE_REGULAR;
-    unstable = find_change(piece, low, unstable, &low, &kind);
-    if (unstable >= 0 && kind != THRUM_RESPONSE_REGULAR && kind != THRUM_RESPONSE_BRANCH)
-      insert(positions, kinds, &count, low, kind);
+  if (piece->floquet == NULL || piece->unstable_begin < 0 || piece->unstable_end < 0 ||
+      piece->unstable_begin == piece->unstable_end)
+    return count;
+
+  // a multiplier goes through 1 at what was found: mostly that is all
+  const double known = count > 0 ? positions[0] : 1;
+  const double before = fmax(known - BESIDE, 0), after = fmin(known + BESIDE, 1);
+  if (count == 0 || !(before > 0) || !(after < 1)) {
+    find_changes(piece, 0, piece->unstable_begin, 1, piece->unstable_end, positions, kinds, &count);
+    return count;
   }
+  const int32_t left = unstable_at(piece, before), right = unstable_at(piece, after);
+  find_changes(piece, 0, piece->unstable_begin, before, left, positions, kinds, &count);
+  find_changes(piece, after, right, 1, piece->unstable_end, positions, kinds, &count);
   return count;
 }

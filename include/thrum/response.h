@@ -71,7 +71,8 @@ typedef struct thrum_response_def {
   int32_t stability;
 
   /* Steps a period in which stability is looked for; 0, the default: 6 for each harmonic, and 48 at
-   * least. Where a motion is unstable by them they are doubled until two find the same, six times
+   * least. Where a motion is unstable by them half of them must find the same, or they are doubled
+   * until two do, six times
    * at most. Larger: exponents are more accurate, by the fourth power. */
   int32_t stability_steps;
 
