@@ -10,7 +10,7 @@
  * for the accelerations w of both stages, of all 2 r perturbations at once. It is of order 4 and
  * symplectic: without damping what is stable stays on the unit circle at any step. The monodromy
  * matrix is what they are after a period, and its eigenvalues are the multipliers. Cost: steps (43
- * r^3 / 3 + 16 H r^2) and 80 r^3. Source: Hairer, Lubich and Wanner 2006,
+ * r^3 / 3 + 4 H r^2) and 80 r^3. Source: Hairer, Lubich and Wanner 2006,
  * doi:10.1007/3-540-30666-8, section II.1.
  *
  * SPDX-License-Identifier: Apache-2.0 */
@@ -31,8 +31,9 @@
 #define OUTSIDE                                                                                    \
   1e-6 /* a multiplier further out than so much is unstable: rounding moves pairs of them */
 
-#define DOUBLINGS 6 /* of the steps, at finding whether what is unstable stays so */
-#define AGREE 0.1   /* of its growth: so near are two that agree */
+#define TABLED_MOST 512 /* steps of which all matrices are kept at once */
+#define DOUBLINGS 6     /* of the steps, at finding whether what is unstable stays so */
+#define AGREE 0.1       /* of its growth: so near are two that agree */
 
 /* Places c and weights a of the method, and what follows of them. */
 static const double root = 0.28867513459481288225; /* sqrt(3) / 6 */
@@ -53,9 +54,12 @@ void thrum_floquet_lay(thrum_floquet *f, thrum_room *room) {
   f->motion = thrum_room_take(room, 4 * r * r);
   f->system = thrum_room_take(room, 4 * r * r);
   f->rates = thrum_room_take(room, 4 * r * r);
-  f->tangents = thrum_room_take(room, 2 * r * r);
-  f->drag = thrum_room_take(room, f->balance->slaves.count > 0 ? 2 * r * r : 0);
-  f->inertia = thrum_room_take(room, f->balance->slaves.count > 0 ? 2 * r * r : 0);
+  f->steps_tabled = f->steps_least < TABLED_MOST ? f->steps_least : TABLED_MOST;
+  const int64_t places = f->steps_tabled > 2 ? 2 * f->steps_tabled : 5;
+  const int64_t table = f->balance->model->point_count > 0 ? 2 * r * r : places * r * r;
+  f->tangents = thrum_room_take(room, table);
+  f->drag = thrum_room_take(room, f->balance->slaves.count > 0 ? table : 0);
+  f->inertia = thrum_room_take(room, f->balance->slaves.count > 0 ? table : 0);
   f->product = thrum_room_take(room, 2 * r * r);
   f->values = thrum_room_take(room, 4 * r);
   f->kept = thrum_room_take(room, 4 * r);
@@ -90,11 +94,6 @@ static void motion_at(thrum_floquet *f, const thrum_place *of) {
   }
 }
 
-static void scale(int64_t count, double by, double *numbers) {
-  for (int64_t e = 0; e < count; e++)
-    numbers[e] *= by;
-}
-
 /* The tangent of a sum over points, which no finite series holds, at the harmonics of a place. */
 static void tangent_of_points(thrum_floquet *f, const thrum_place *of, double *tangent) {
   thrum_balance *b = f->balance;
@@ -107,40 +106,63 @@ static void tangent_of_points(thrum_floquet *f, const thrum_place *of, double *t
       tangent[e] -= parts[part] * b->pull[part * square + e];
 }
 
-/* The sum of a series at a place, of which cosines and sines are given as they count in it. */
-static void sum_series(const thrum_floquet *f, const thrum_spectrum *of, double *out) {
-  const int64_t square = f->balance->rank * f->balance->rank, count = 2 * f->balance->harmonics + 1;
-  memset(out, 0, (size_t)square * sizeof *out);
-  thrum_wide_product(count, square, of->even, f->cosines, out);
-  thrum_wide_product(count, square, of->odd, f->sines, out);
+/* The matrices of (21.7) at four places of Gauss that lie symmetrically in the period: by the
+ * place, over Omega^2, with what of the load changes with q; and by velocity, over Omega, and
+ * acceleration, where slaves have inertia. They are quadratic in the motion, so their series of 2 H
+ * harmonics, which the balance has made, is exact. at: four matrices of each table are filled,
+ * those of these places. */
+static void sum_matrices(thrum_floquet *f, const thrum_place *of, int64_t place,
+                         const int64_t at[4]) {
+  thrum_balance *b = f->balance;
+  const int64_t square = b->rank * b->rank, count = 2 * b->harmonics + 1;
+  const thrum_spectrum *const spectra[3] = {&b->stiffness, &b->drag, &b->inertia};
+  double *const tables[3] = {f->tangents, f->drag, f->inertia};
+  const double scales[3] = {1 / (of->omega * of->omega), 1 / of->omega, 1};
+  put_waves(f, place);
+
+  // means with cosines and sines are halves of the coefficients, but for the first
+  for (int64_t k = 1; k < count; k++) {
+    f->cosines[k] *= 2;
+    f->sines[k] *= 2;
+  }
+  for (int kind = 0; kind < (b->slaves.count > 0 ? 3 : 1); kind++) {
+    double *const out[4] = {tables[kind] + at[0] * square, tables[kind] + at[1] * square,
+                            tables[kind] + at[2] * square, tables[kind] + at[3] * square};
+    thrum_wide_waves(count, square, spectra[kind]->even, spectra[kind]->odd, f->cosines, f->sines,
+                     scales[kind], out);
+  }
 }
 
-/* The matrices of (21.7) at a place of Gauss: by the place, over Omega^2, with what of the load
- * changes with q; and by velocity, over Omega, and acceleration, where slaves have inertia. They
- * are quadratic in the motion, so their series of 2 H harmonics, which the balance has made, is
- * exact. */
-static void matrices_at(thrum_floquet *f, const thrum_place *of, int64_t place, int stage) {
+/* Fills the tables of all places, four at once: tau, pi + tau, -tau and pi - tau, where the two
+ * stages change places. */
+static void fill_tables(thrum_floquet *f, const thrum_place *of) {
+  const int64_t n = f->steps, half = n / 2;
+  for (int64_t i = 0; i < half; i++) {
+    const int64_t at[4] = {2 * i, 2 * (i + half), 2 * (n - 1 - i) + 1, 2 * (half - 1 - i) + 1};
+    sum_matrices(f, of, 2 * i, at);
+  }
+}
+
+/* Finds where the matrices of both stages of a step lie in the tables. Steps that have no room
+ * there use the first five places. */
+static void find_matrices(thrum_floquet *f, const thrum_place *of, int64_t index) {
   thrum_balance *b = f->balance;
-  const int64_t r = b->rank, square = r * r, count = 2 * b->harmonics + 1;
-  double *tangent = f->tangents + stage * square;
-  put_waves(f, place);
-  if (b->model->point_count > 0) {
-    tangent_of_points(f, of, tangent);
-  } else {
-    // means with cosines and sines are halves of the coefficients, but for the first
-    for (int64_t k = 1; k < count; k++) {
-      f->cosines[k] *= 2;
-      f->sines[k] *= 2;
+  if (f->tabled) {
+    f->at = 2 * index;
+    return;
+  }
+  f->at = 0;
+  for (int64_t stage = 0; stage < 2; stage++)
+    if (b->model->point_count > 0) {
+      put_waves(f, 2 * index + stage);
+      double *tangent = f->tangents + stage * b->rank * b->rank;
+      tangent_of_points(f, of, tangent);
+      for (int64_t e = 0; e < b->rank * b->rank; e++)
+        tangent[e] /= of->omega * of->omega;
+    } else {
+      const int64_t at[4] = {stage, 2, 3, 4};
+      sum_matrices(f, of, 2 * index + stage, at);
     }
-    sum_series(f, &b->stiffness, tangent);
-  }
-  if (b->slaves.count > 0) {
-    double *drag = f->drag + stage * square;
-    sum_series(f, &b->drag, drag);
-    sum_series(f, &b->inertia, f->inertia + stage * square);
-    scale(square, 1 / of->omega, drag);
-  }
-  scale(square, 1 / (of->omega * of->omega), tangent);
 }
 
 /* One block of the system of a step. */
@@ -149,7 +171,7 @@ static void fill_block(thrum_floquet *f, double omega, double h, int i, int j) {
   const int64_t r = b->rank;
   const double weight = h * h * stage_square(i, j), once = h * stage_weight(i, j);
   for (int64_t row = 0; row < r; row++) {
-    const int64_t at = (i * r + row) * r;
+    const int64_t at = ((f->at + i) * r + row) * r;
     double *out = f->system + (i * r + row) * 2 * r + j * r;
     for (int64_t column = 0; column < r; column++)
       out[column] = weight * f->tangents[at + column];
@@ -176,7 +198,7 @@ static void fill_rates(thrum_floquet *f, double omega, double h, int stage) {
   for (int64_t e = 0; e < r * count; e++)
     f->product[e] = -(y[e] + ahead * speed[e]);
   for (int64_t row = 0; row < r; row++)
-    thrum_wide_product(r, count, f->product, f->tangents + (stage * r + row) * r,
+    thrum_wide_product(r, count, f->product, f->tangents + ((f->at + stage) * r + row) * r,
                        rates + row * count);
 
   // what the velocity does through the slaves
@@ -185,14 +207,15 @@ static void fill_rates(thrum_floquet *f, double omega, double h, int stage) {
   for (int64_t e = 0; e < r * count; e++)
     f->product[e] = -speed[e];
   for (int64_t row = 0; row < r; row++)
-    thrum_wide_product(r, count, f->product, f->drag + (stage * r + row) * r, rates + row * count);
+    thrum_wide_product(r, count, f->product, f->drag + ((f->at + stage) * r + row) * r,
+                       rates + row * count);
 }
 
 static bool step(thrum_floquet *f, const thrum_place *of, int64_t index) {
   const int64_t r = f->balance->rank, count = 2 * r;
   const double h = THRUM_TWO_PI / (double)f->steps;
+  find_matrices(f, of, index);
   for (int stage = 0; stage < 2; stage++) {
-    matrices_at(f, of, 2 * index + stage, stage);
     fill_rates(f, of->omega, h, stage);
     fill_block(f, of->omega, h, stage, 0);
     fill_block(f, of->omega, h, stage, 1);
@@ -262,6 +285,10 @@ static bool solve_by_steps(thrum_floquet *f, const thrum_place *place) {
   memset(f->motion, 0, (size_t)(n * n) * sizeof *f->motion);
   for (int64_t i = 0; i < n; i++)
     f->motion[i * n + i] = 1;
+  f->tabled =
+      f->balance->model->point_count == 0 && f->steps <= f->steps_tabled && f->steps % 2 == 0;
+  if (f->tabled)
+    fill_tables(f, place);
   for (int64_t index = 0; index < f->steps; index++)
     if (!step(f, place, index))
       return false;

@@ -8,12 +8,15 @@
 typedef struct thrum_floquet {
   thrum_balance *balance;
   int64_t steps_least, steps; /* of a period: first, and in use */
+  int64_t steps_tabled;       /* so many have room in the tables */
   double *cosines, *sines;    /* 2 H + 1, at a place of Gauss */
   double *residual;           /* of the balance, not looked at */
   double *motion;             /* 2 rank x 2 rank: perturbations and their rates, by column */
   double *system, *rates;     /* 2 rank x 2 rank */
-  double *tangents;           /* 2 x rank x rank */
+  double *tangents;           /* places of Gauss, two a step, x rank x rank */
   double *drag, *inertia; /* the same of velocities and accelerations, where slaves have inertia */
+  bool tabled;            /* all places of the steps in use are in these tables */
+  int64_t at;             /* the first of the present step in them */
   double *product;        /* rank x 2 rank */
   double *values, *kept;  /* 2 rank pairs */
   double *q;              /* rank: the place */

@@ -17,4 +17,10 @@
 void thrum_wide_product(int64_t rows, int64_t columns, const double *matrix, const double *x,
                         double *y);
 
+/* Sums of even[m] cosines[m] + odd[m] sines[m] over m < count, odd, at four places of a period:
+ * tau, of which the waves are given, pi + tau, -tau and pi - tau, whose waves are the same but for
+ * signs. even and odd: count x columns; out: columns each, times `by`. */
+void thrum_wide_waves(int64_t count, int64_t columns, const double *even, const double *odd,
+                      const double *cosines, const double *sines, double by, double *const out[4]);
+
 #endif
