@@ -38,6 +38,7 @@ void thrum_balance_lay(thrum_balance *b, bool pulls, thrum_room *room) {
   }
   if (b->slaves.count == 0)
     return;
+  b->slaves.samples = n;
   thrum_slave_inertia_lay(&b->slaves, room);
   b->velocity = thrum_room_take(room, n * r);
   b->bend = thrum_room_take(room, n * r);
@@ -129,8 +130,7 @@ static void force_at(thrum_balance *b, const double *x, double omega, int64_t s)
     return;
   double *velocity = b->velocity + s * r, *bend = b->bend + s * r;
   thrum_balance_rates(b, x, omega, s, velocity, bend);
-  b->energy +=
-      share * thrum_slave_inertia_force(&b->slaves, q, velocity, bend, false, force, &loss);
+  b->energy += share * thrum_slave_inertia_force(&b->slaves, s, q, velocity, bend, force, &loss);
   b->loss += share * loss;
 }
 
@@ -181,13 +181,11 @@ static void transform(const thrum_balance *b, const thrum_spectrum *of, bool odd
 /* What the slaves have of the Jacobian at a sample. */
 static void linearise_slaves(thrum_balance *b, double omega, int64_t s) {
   const int64_t r = b->rank, square = r * r;
-  const double *q = b->q + s * r, *velocity = b->velocity + s * r, *bend = b->bend + s * r;
-  double *turn = b->force + s * r, loss = 0;
-  thrum_slave_inertia_force(&b->slaves, q, velocity, bend, true, turn, &loss);
-  thrum_slave_inertia_matrices(&b->slaves, b->stiffness.samples + s * square,
+  double *turn = b->force + s * r;
+  thrum_slave_inertia_matrices(&b->slaves, s, b->bend + s * r, b->stiffness.samples + s * square,
                                b->drag.samples + s * square, b->inertia.samples + s * square);
   memset(turn, 0, (size_t)r * sizeof *turn);
-  thrum_slave_inertia_turn(&b->slaves, turn);
+  thrum_slave_inertia_turn(&b->slaves, s, turn);
   for (int64_t i = 0; i < r; i++)
     turn[i] /= omega;
 }

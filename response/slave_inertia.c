@@ -14,24 +14,26 @@
 
 #include <string.h>
 
+#include "core/base/matrix_product.h"
 #include "response/wide.h"
 
 void thrum_slave_inertia_lay(thrum_slave_inertia *s, thrum_room *room) {
-  s->second = thrum_room_take(room, s->count * s->rank * s->rank);
-  s->by_master = thrum_room_take(room, s->count * s->rank * s->rank);
-  s->first = thrum_room_take(room, s->count * s->rank);
-  s->turn = thrum_room_take(room, s->count * s->rank);
-  s->bend = thrum_room_take(room, s->count * s->rank);
-  s->rows = thrum_room_take(room, 3 * s->count * s->rank);
-  s->columns = thrum_room_take(room, s->rank * s->count);
+  const int64_t all = s->count * s->rank;
+  s->second = thrum_room_take(room, all * s->rank);
+  s->by_master = thrum_room_take(room, all * s->rank);
+  s->first = thrum_room_take(room, s->samples * all);
+  s->turn = thrum_room_take(room, s->samples * all);
+  s->pull = thrum_room_take(room, s->samples * s->count);
+  s->twice = thrum_room_take(room, s->samples * s->count);
+  s->rate = thrum_room_take(room, s->count);
+  s->bend = thrum_room_take(room, all);
+  s->rows = thrum_room_take(room, 3 * all);
   s->products = thrum_room_take(room, 3 * s->rank);
-  s->pull = thrum_room_take(room, s->count);
-  s->twice = thrum_room_take(room, s->count);
 }
 
 void thrum_slave_inertia_fill(thrum_slave_inertia *s, const thrum_model *stepped) {
-  const int64_t r = s->rank, pairs = r * (r + 1) / 2;
-  for (int64_t h = 0; h < s->count; h++) {
+  const int64_t r = s->rank, n = s->count, pairs = r * (r + 1) / 2;
+  for (int64_t h = 0; h < n; h++) {
     const double *follow = stepped->follow + h * pairs;
     double *second = s->second + h * r * r;
     for (int64_t i = 0; i < r; i++)
@@ -40,78 +42,84 @@ void thrum_slave_inertia_fill(thrum_slave_inertia *s, const thrum_model *stepped
         second[i * r + j] = second[j * r + i] = i == j ? 2 * value : value;
       }
     for (int64_t j = 0; j < r; j++)
-      memcpy(s->by_master + (j * s->count + h) * r, second + j * r, (size_t)r * sizeof *second);
+      for (int64_t i = 0; i < r; i++)
+        s->by_master[(j * r + i) * n + h] = second[i * r + j];
   }
 }
 
-/* Fills what the derivatives are made of: rows of d2y/dx2 a + d y', of 2 y' by v and d dy/dx, and
- * of dy/dx. */
-static void prepare(thrum_slave_inertia *s, const double *a) {
-  const int64_t r = s->rank;
-  for (int64_t h = 0; h < s->count; h++)
-    for (int64_t i = 0; i < r; i++)
-      s->bend[h * r + i] = s->damping != NULL ? s->damping[h] * s->turn[h * r + i] : 0;
-  thrum_wide_product(r, s->count * r, s->by_master, a, s->bend);
+/* The rates y' of the slaves, and y'' + d y' and 2 y'' + d y' in pull and twice, where y'' is in
+ * pull; returns their kinetic energy. */
+static double add_damping(thrum_slave_inertia *s, double *pull, double *twice, double *loss) {
+  double kinetic = 0;
+  *loss = 0;
   for (int64_t h = 0; h < s->count; h++) {
-    const double *first = s->first + h * r, *turn = s->turn + h * r, *bend = s->bend + h * r;
-    const double damping = s->damping != NULL ? s->damping[h] : 0;
-    double *row = s->rows + 3 * h * r;
-    for (int64_t i = 0; i < r; i++) {
-      row[i] = bend[i];
-      row[r + i] = 2 * turn[i] + damping * first[i];
-      row[2 * r + i] = first[i];
-    }
-  }
-}
-
-double thrum_slave_inertia_force(thrum_slave_inertia *s, const double *x, const double *v,
-                                 const double *a, bool derivatives, double *force, double *loss) {
-  const int64_t r = s->rank, all = s->count * r;
-  double kinetic = 0, taken = 0;
-
-  // dy/dx, and what the velocity makes of it, of all slaves in one pass
-  memset(s->first, 0, (size_t)all * sizeof *s->first);
-  memset(s->turn, 0, (size_t)all * sizeof *s->turn);
-  thrum_wide_product(r, all, s->by_master, x, s->first);
-  thrum_wide_product(r, all, s->by_master, v, s->turn);
-
-  for (int64_t h = 0; h < s->count; h++) {
-    const double *first = s->first + h * r, *turn = s->turn + h * r;
-    const double damping = s->damping != NULL ? s->damping[h] : 0;
-    double rate = 0, pull = 0;
-    for (int64_t i = 0; i < r; i++) {
-      rate += first[i] * v[i];
-      pull += first[i] * a[i] + turn[i] * v[i];
-    }
+    const double rate = s->rate[h], damping = s->damping != NULL ? s->damping[h] : 0;
     kinetic += 0.5 * rate * rate;
-    taken += damping * rate * rate;
-    s->pull[h] = pull + damping * rate;
-    s->twice[h] = 2 * pull + damping * rate;
+    *loss += damping * rate * rate;
+    twice[h] = 2 * pull[h] + damping * rate;
+    pull[h] += damping * rate;
   }
-  if (derivatives)
-    prepare(s, a);
-  thrum_wide_product(s->count, r, s->first, s->pull, force);
-  *loss = taken;
   return kinetic;
 }
 
-void thrum_slave_inertia_turn(const thrum_slave_inertia *s, double *turn) {
-  thrum_wide_product(s->count, s->rank, s->first, s->twice, turn);
+double thrum_slave_inertia_force(thrum_slave_inertia *s, int64_t sample, const double *x,
+                                 const double *v, const double *a, double *force, double *loss) {
+  const int64_t r = s->rank, n = s->count, all = n * r;
+  double *first = s->first + sample * all, *turn = s->turn + sample * all;
+  double *pull = s->pull + sample * n, *twice = s->twice + sample * n;
+
+  // dy/dx, and what the velocity makes of it, of all slaves in one pass
+  memset(first, 0, (size_t)all * sizeof *first);
+  memset(turn, 0, (size_t)all * sizeof *turn);
+  thrum_wide_product(r, all, s->by_master, x, first);
+  thrum_wide_product(r, all, s->by_master, v, turn);
+
+  // y' and y''
+  memset(s->rate, 0, (size_t)n * sizeof *s->rate);
+  memset(pull, 0, (size_t)n * sizeof *pull);
+  thrum_wide_product(r, n, first, v, s->rate);
+  thrum_wide_product(r, n, first, a, pull);
+  thrum_wide_product(r, n, turn, v, pull);
+  const double kinetic = add_damping(s, pull, twice, loss);
+  thrum_matrix_product(r, n, first, pull, force);
+  return kinetic;
 }
 
-void thrum_slave_inertia_matrices(const thrum_slave_inertia *s, double *by_x, double *by_v,
-                                  double *by_a) {
-  const int64_t r = s->rank;
-  thrum_wide_product(s->count, r * r, s->second, s->pull, by_x);
-  for (int64_t h = 0; h < s->count; h++)
-    for (int64_t i = 0; i < r; i++)
-      s->columns[i * s->count + h] = s->first[h * r + i];
+void thrum_slave_inertia_turn(const thrum_slave_inertia *s, int64_t sample, double *turn) {
+  thrum_matrix_product(s->rank, s->count, s->first + sample * s->count * s->rank,
+                       s->twice + sample * s->count, turn);
+}
+
+/* Fills what the derivatives are made of, a row for each slave: with y = dy/dx by masters, those of
+ * y''
+ * + d y' by x, of the same by v, and y itself. */
+static void fill_rows(thrum_slave_inertia *s, const double *first, const double *turn) {
+  const int64_t r = s->rank, n = s->count;
+  for (int64_t i = 0; i < r; i++)
+    for (int64_t h = 0; h < n; h++) {
+      const double damping = s->damping != NULL ? s->damping[h] : 0;
+      const double by_x = first[i * n + h], by_v = turn[i * n + h];
+      double *row = s->rows + 3 * h * r + i;
+      row[0] = s->bend[i * n + h] + damping * by_v;
+      row[r] = 2 * by_v + damping * by_x;
+      row[2 * r] = by_x;
+    }
+}
+
+void thrum_slave_inertia_matrices(thrum_slave_inertia *s, int64_t sample, const double *a,
+                                  double *by_x, double *by_v, double *by_a) {
+  const int64_t r = s->rank, n = s->count, all = n * r;
+  const double *first = s->first + sample * all;
+  memset(s->bend, 0, (size_t)all * sizeof *s->bend);
+  thrum_wide_product(r, all, s->by_master, a, s->bend);
+  fill_rows(s, first, s->turn + sample * all);
+  thrum_wide_product(n, r * r, s->second, s->pull + sample * n, by_x);
 
   // a row of all three at once
   for (int64_t i = 0; i < r; i++) {
     double *products = s->products;
     memset(products, 0, (size_t)(3 * r) * sizeof *products);
-    thrum_wide_product(s->count, 3 * r, s->rows, s->columns + i * s->count, products);
+    thrum_wide_product(n, 3 * r, s->rows, first + i * n, products);
     for (int64_t j = 0; j < r; j++) {
       by_x[i * r + j] += products[j];
       by_v[i * r + j] = products[r + j];
