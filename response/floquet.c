@@ -52,8 +52,8 @@ void thrum_floquet_lay(thrum_floquet *f, thrum_room *room) {
   f->sines = thrum_room_take(room, 2 * h + 1);
   f->residual = thrum_room_take(room, f->balance->unknowns);
   f->motion = thrum_room_take(room, 4 * r * r);
-  f->system = thrum_room_take(room, 4 * r * r);
-  f->rates = thrum_room_take(room, 4 * r * r);
+  f->width = thrum_square_width(2 * r, 2 * r);
+  f->system = thrum_room_take(room, 2 * r * f->width);
   f->steps_tabled = f->steps_least < TABLED_MOST ? f->steps_least : TABLED_MOST;
   const int64_t places = f->steps_tabled > 2 ? 2 * f->steps_tabled : 5;
   const int64_t table = f->balance->model->point_count > 0 ? 2 * r * r : places * r * r;
@@ -64,7 +64,6 @@ void thrum_floquet_lay(thrum_floquet *f, thrum_room *room) {
   f->values = thrum_room_take(room, 4 * r);
   f->kept = thrum_room_take(room, 4 * r);
   f->q = thrum_room_take(room, r);
-  f->columns = (int32_t *)(void *)thrum_room_take(room, r + 1);
 }
 
 /* The harmonics 0 to 2 H at a place of Gauss. */
@@ -166,13 +165,13 @@ static void find_matrices(thrum_floquet *f, const thrum_place *of, int64_t index
 }
 
 /* One block of the system of a step. */
-static void fill_block(thrum_floquet *f, double omega, double h, int i, int j) {
+WIDE static void fill_block(thrum_floquet *f, double omega, double h, int i, int j) {
   const thrum_balance *b = f->balance;
   const int64_t r = b->rank;
   const double weight = h * h * stage_square(i, j), once = h * stage_weight(i, j);
   for (int64_t row = 0; row < r; row++) {
     const int64_t at = ((f->at + i) * r + row) * r;
-    double *out = f->system + (i * r + row) * 2 * r + j * r;
+    double *out = f->system + (i * r + row) * f->width + j * r;
     for (int64_t column = 0; column < r; column++)
       out[column] = weight * f->tangents[at + column];
     for (int64_t column = 0; b->slaves.count > 0 && column < r; column++)
@@ -183,23 +182,23 @@ static void fill_block(thrum_floquet *f, double omega, double h, int i, int j) {
   }
 }
 
-/* The right-hand sides of a stage: rates (rank x 2 rank). */
-static void fill_rates(thrum_floquet *f, double omega, double h, int stage) {
+/* The right-hand sides of a stage. */
+WIDE static void fill_rates(thrum_floquet *f, double omega, double h, int stage) {
   const thrum_balance *b = f->balance;
   const int64_t r = b->rank, count = 2 * r;
   const double *y = f->motion, *speed = f->motion + r * count;
-  double *rates = f->rates + stage * r * count;
   const double ahead = h * (stage == 0 ? C1 : C2);
-  for (int64_t row = 0; row < r; row++) {
-    const double damping = b->damping != NULL ? b->damping[row] / omega : 0;
-    for (int64_t c = 0; c < count; c++)
-      rates[row * count + c] = -damping * speed[row * count + c];
-  }
   for (int64_t e = 0; e < r * count; e++)
     f->product[e] = -(y[e] + ahead * speed[e]);
-  for (int64_t row = 0; row < r; row++)
-    thrum_wide_product(r, count, f->product, f->tangents + ((f->at + stage) * r + row) * r,
-                       rates + row * count);
+  for (int64_t row = 0; row < r; row++) {
+    const double damping = b->damping != NULL ? b->damping[row] / omega : 0;
+    double *rates = f->system + (stage * r + row) * f->width + count;
+    for (int64_t c = 0; c < count; c++)
+      rates[c] = -damping * speed[row * count + c];
+    for (int64_t c = 2 * count; c < f->width; c++)
+      rates[c - count] = 0;
+    thrum_wide_product(r, count, f->product, f->tangents + ((f->at + stage) * r + row) * r, rates);
+  }
 
   // what the velocity does through the slaves
   if (b->slaves.count == 0)
@@ -208,7 +207,23 @@ static void fill_rates(thrum_floquet *f, double omega, double h, int stage) {
     f->product[e] = -speed[e];
   for (int64_t row = 0; row < r; row++)
     thrum_wide_product(r, count, f->product, f->drag + ((f->at + stage) * r + row) * r,
-                       rates + row * count);
+                       f->system + (stage * r + row) * f->width + count);
+}
+
+/* The motion a step on, by the accelerations at both stages. */
+WIDE static void move(thrum_floquet *f, double h) {
+  const int64_t r = f->balance->rank, count = 2 * r;
+  const double first = h * h * (0.25 + 0.5 * root), second = h * h * (0.25 - 0.5 * root);
+  for (int64_t row = 0; row < r; row++) {
+    double *y = f->motion + row * count, *speed = y + r * count;
+    const double *w = f->system + row * f->width + count, *v = w + r * f->width;
+
+    // y first, for it takes the speed at the beginning
+    for (int64_t c = 0; c < count; c++) {
+      y[c] += h * speed[c] + first * w[c] + second * v[c];
+      speed[c] += 0.5 * h * (w[c] + v[c]);
+    }
+  }
 }
 
 static bool step(thrum_floquet *f, const thrum_place *of, int64_t index) {
@@ -220,18 +235,9 @@ static bool step(thrum_floquet *f, const thrum_place *of, int64_t index) {
     fill_block(f, of->omega, h, stage, 0);
     fill_block(f, of->omega, h, stage, 1);
   }
-  if (!thrum_square_factor(f->system, count, f->columns))
+  if (!thrum_square_eliminate(f->system, count, count))
     return false;
-  thrum_square_solve(f->system, count, f->columns, count, f->rates);
-
-  // y first, for it takes the speed at the beginning
-  double *y = f->motion, *speed = y + r * count;
-  const double *w = f->rates, *v = w + r * count;
-  const double first = h * h * (0.25 + 0.5 * root), second = h * h * (0.25 - 0.5 * root);
-  for (int64_t e = 0; e < r * count; e++) {
-    y[e] += h * speed[e] + first * w[e] + second * v[e];
-    speed[e] += 0.5 * h * (w[e] + v[e]);
-  }
+  move(f, h);
   return true;
 }
 

@@ -12,15 +12,15 @@ typedef struct thrum_floquet {
   double *cosines, *sines;    /* 2 H + 1, at a place of Gauss */
   double *residual;           /* of the balance, not looked at */
   double *motion;             /* 2 rank x 2 rank: perturbations and their rates, by column */
-  double *system, *rates;     /* 2 rank x 2 rank */
-  double *tangents;           /* places of Gauss, two a step, x rank x rank */
+  double *system; /* 2 rank x width: the equations of a step with their right-hand sides */
+  int64_t width;
+  double *tangents;       /* places of Gauss, two a step, x rank x rank */
   double *drag, *inertia; /* the same of velocities and accelerations, where slaves have inertia */
   bool tabled;            /* all places of the steps in use are in these tables */
   int64_t at;             /* the first of the present step in them */
   double *product;        /* rank x 2 rank */
   double *values, *kept;  /* 2 rank pairs */
   double *q;              /* rank: the place */
-  int32_t *columns;       /* 2 rank */
 } thrum_floquet;
 
 /* Takes room for the arrays. */

@@ -134,3 +134,54 @@ void thrum_square_solve(const double *factors, int64_t n, const int32_t *columns
       x[columns[i] * count + c] = kept;
     }
 }
+
+/* a += weight b, from a multiple of eight to another. */
+static inline void add_row(int64_t from, int64_t to, double weight, const double *restrict b,
+                           double *restrict a) {
+  for (int64_t block = from; block < to; block += 8)
+    for (int64_t k = block; k < block + 8; k++)
+      a[k] += weight * b[k];
+}
+
+static inline void swap_rows(int64_t width, double *restrict a, double *restrict b) {
+  for (int64_t k = 0; k < width; k++) {
+    const double kept = a[k];
+    a[k] = b[k];
+    b[k] = kept;
+  }
+}
+
+/* Elimination by rows, with the largest entry of a column as its pivot, and back. Rows are added in
+ * eights, which touches entries before the pivot that are not read again. */
+WIDE static bool eliminate(double *system, int64_t n, int64_t width) {
+  for (int64_t k = 0; k < n; k++) {
+    int64_t best = k;
+    for (int64_t i = k + 1; i < n; i++)
+      if (fabs(system[i * width + k]) > fabs(system[best * width + k]))
+        best = i;
+    double *row = system + k * width;
+    if (best != k)
+      swap_rows(width, row, system + best * width);
+    if (row[k] == 0 || !isfinite(row[k]))
+      return false;
+    const double inverse = 1 / row[k];
+    for (int64_t i = k + 1; i < n; i++)
+      add_row(k / 8 * 8, width, -system[i * width + k] * inverse, row, system + i * width);
+  }
+
+  // the right-hand sides begin in the block of the last columns at most
+  const int64_t from = n / 8 * 8;
+  for (int64_t k = n - 1; k >= 0; k--) {
+    double *row = system + k * width;
+    const double inverse = 1 / row[k];
+    for (int64_t c = n; c < width; c++)
+      row[c] *= inverse;
+    for (int64_t i = 0; i < k; i++)
+      add_row(from, width, -system[i * width + k], row, system + i * width);
+  }
+  return true;
+}
+
+bool thrum_square_eliminate(double *system, int64_t n, int64_t count) {
+  return eliminate(system, n, thrum_square_width(n, count));
+}

@@ -17,4 +17,15 @@ int thrum_square_sign(const double *factors, int64_t n, const int32_t *columns);
 void thrum_square_solve(const double *factors, int64_t n, const int32_t *columns, int64_t count,
                         double *x);
 
+/* Numbers in a row of a small system with so many right-hand sides: both, and zeros up to a
+ * multiple of eight. */
+static inline int64_t thrum_square_width(int64_t n, int64_t count) {
+  return (n + count + 7) / 8 * 8;
+}
+
+/* Solves a small system whose factors are not wanted: a row of `system` (n x thrum_square_width)
+ * has n numbers of the matrix, the right-hand sides, which become the solutions, and zeros. The
+ * rest is destroyed. False as of factors. */
+bool thrum_square_eliminate(double *system, int64_t n, int64_t count);
+
 #endif
