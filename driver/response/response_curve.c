@@ -24,14 +24,16 @@
 #define HARMONICS_FIRST 5 /* tried where it leaves those open, */
 #define HARMONICS_MORE 4  /* and so many more each time, */
 #define TAIL_MOST 1e-6    /* while the last two have more of the kinetic energy */
-#define PHASES_LEAST 64   /* at which the largest displacement is looked for */
+#define PHASES_LEAST 64   /* at which the largest displacement is looked for, */
+#define PHASES_EACH 8     /* and so many for each harmonic */
 #define ROOM_FIRST 256
 #define FORCED_FROM 0.8 /* of the first frequency */
 #define FORCED_TO 1.2
 #define FREE_FROM 0.5
 #define FREE_TO 2.0
-#define PAIR_NEAR 0.05 /* of a ratio of frequencies: two modes so near to 1, 2 or 3 are one form   \
-                        */
+#define PAIR_NEAR                                                                                  \
+  0.05 /* of a ratio of frequencies: two modes so near to 1, 2 or 3 are one form                   \
+        */
 #define PAIR_ORDER 3
 #define FORM_PASSES 4  /* of finding the amplitude at which a normal form is found */
 #define FORM_SHARE 0.1 /* of the frequency that its first coefficient makes there */
@@ -210,6 +212,7 @@ void response_curve_close(response_curve *curve) {
   free(curve->rates);
   free(curve->loads[0]);
   free(curve->seen);
+  free(curve->waves);
   *curve = (response_curve){0};
 }
 
@@ -251,48 +254,102 @@ static thrum_status make_room(response_curve *c) {
   return status;
 }
 
-/* The coordinates of the shape at a phase. */
-static void shape_at(const response_curve *c, const double *coefficients, double omega,
-                     double phase, double *q, double *p) {
-  double x[THRUM_RANK_MAX], v[THRUM_RANK_MAX], load[THRUM_RANK_MAX];
-  thrum_response_at(c->stepped->rank, (int32_t)c->harmonics, omega, phase, coefficients, x, v);
-  const double turned = (double)c->request->periods * phase;
-  const double cosine = cos(turned), sine = sin(turned);
-  for (int64_t i = 0; i < c->shape->rank; i++)
-    load[i] = c->loads[0][i] + cosine * c->loads[1][i] + sine * c->loads[2][i];
-  if (q != NULL)
-    thrum_condensed_shape(c->stepped, x, load, q);
-  if (p != NULL)
-    thrum_condensed_velocity(c->stepped, x, v, p);
+/* Numbers of a sample of the waves: cosine and sine of k times its phase, for all k up to 2 H. */
+static int64_t wave_width(const response_curve *c) {
+  return 2 * (2 * c->harmonics + 1);
 }
 
-/* What is seen at the targets: the largest displacement over a period, and its harmonics. */
-static void see(response_curve *c, const thrum_response_point *point) {
-  const int64_t h = c->harmonics, count = 2 * h + 1, rank = c->shape->rank;
-  const int64_t phases = 8 * h > PHASES_LEAST ? 8 * h : PHASES_LEAST;
-  double *harmonic = c->harmonic + c->count * harmonics_of(c), q[THRUM_RANK_MAX];
-  double *peak = c->peak + c->count * c->target_count;
-  memset(harmonic, 0, (size_t)harmonics_of(c) * sizeof *harmonic);
-  memset(peak, 0, (size_t)c->target_count * sizeof *peak);
+/* Samples that tell what is quadratic in the motion. */
+static int64_t samples_of(const response_curve *c) {
+  return 4 * c->harmonics + 1;
+}
+
+static int64_t phases_of(const response_curve *c) {
+  const int64_t phases = PHASES_EACH * c->harmonics;
+  return phases > PHASES_LEAST ? phases : PHASES_LEAST;
+}
+
+/* The waves at those samples and at the phases, and room for the series of all targets. */
+static thrum_status make_waves(response_curve *c, thrum_error *error) {
+  const int64_t n = samples_of(c), phases = phases_of(c), width = wave_width(c);
+  free(c->waves);
+  c->waves = NULL;
+  THRUM_TRY(thrum_reserve(&c->waves, (n + phases + 3 * c->target_count) * width, sizeof *c->waves,
+                          "the phases", error));
+  for (int64_t s = 0; s < n + phases; s++)
+    for (int64_t k = 0; k < width / 2; k++) {
+      const double share =
+          s < n ? (double)(k * s % n) / (double)n : (double)(k * (s - n) % phases) / (double)phases;
+      c->waves[s * width + 2 * k] = cos(THRUM_TWO_PI * share);
+      c->waves[s * width + 2 * k + 1] = sin(THRUM_TWO_PI * share);
+    }
+  c->series = c->waves + (n + phases) * width;
+  return THRUM_OK;
+}
+
+/* The coordinates of the shape at a sample. */
+static void shape_at(const response_curve *c, const double *coefficients, const double *wave,
+                     double *q) {
+  const int64_t r = c->stepped->rank, h = c->harmonics;
+  double x[THRUM_RANK_MAX], load[THRUM_RANK_MAX];
+  memcpy(x, coefficients, (size_t)r * sizeof *x);
+  for (int64_t k = 1; k <= h; k++)
+    for (int64_t i = 0; i < r; i++)
+      x[i] +=
+          wave[2 * k] * coefficients[k * r + i] + wave[2 * k + 1] * coefficients[(h + k) * r + i];
+  const double *swing = wave + 2 * c->request->periods;
+  for (int64_t i = 0; i < c->shape->rank; i++)
+    load[i] = c->loads[0][i] + swing[0] * c->loads[1][i] + swing[1] * c->loads[2][i];
+  thrum_condensed_shape(c->stepped, x, load, q);
+}
+
+/* The largest length of a displacement over a period, of the series of x, y and z. */
+static double longest(const response_curve *c, const double *series) {
+  const int64_t width = wave_width(c), phases = phases_of(c);
+  double most = 0;
   for (int64_t s = 0; s < phases; s++) {
-    const double phase = THRUM_TWO_PI * (double)s / (double)phases;
-    shape_at(c, point->coefficients, point->omega, phase, q, NULL);
-    for (int64_t n = 0; n < c->target_count; n++) {
-      double square = 0;
-      for (int axis = 0; axis < 3; axis++) {
-        double *out = harmonic + (3 * n + axis) * count, u = 0;
-        for (int64_t i = 0; i < rank; i++)
-          u += c->seen[(3 * n + axis) * rank + i] * q[i];
-        square += u * u;
-        out[0] += u / (double)phases;
-        for (int64_t k = 1; k <= h; k++) {
-          out[k] += 2 * u * cos((double)k * phase) / (double)phases;
-          out[h + k] += 2 * u * sin((double)k * phase) / (double)phases;
-        }
-      }
-      peak[n] = fmax(peak[n], sqrt(square));
+    const double *wave = c->waves + (samples_of(c) + s) * width;
+    double square = 0;
+    for (int axis = 0; axis < 3; axis++) {
+      double u = 0;
+      for (int64_t e = 0; e < width; e++)
+        u += series[axis * width + e] * wave[e];
+      square += u * u;
+    }
+    most = fmax(most, square);
+  }
+  return sqrt(most);
+}
+
+/* What is seen at the targets: the largest displacement over a period, and its harmonics. The
+ * coordinates of the shape are quadratic in those that move, so their 2 H harmonics are all. */
+static void see(response_curve *c, const thrum_response_point *point) {
+  const int64_t h = c->harmonics, n = samples_of(c), width = wave_width(c), rank = c->shape->rank;
+  const int64_t seen = 3 * c->target_count;
+  double q[THRUM_RANK_MAX];
+  memset(c->series, 0, (size_t)(seen * width) * sizeof *c->series);
+  for (int64_t s = 0; s < n; s++) {
+    const double *wave = c->waves + s * width;
+    shape_at(c, point->coefficients, wave, q);
+    for (int64_t line = 0; line < seen; line++) {
+      double u = 0;
+      for (int64_t i = 0; i < rank; i++)
+        u += c->seen[line * rank + i] * q[i];
+      for (int64_t e = 0; e < width; e++)
+        c->series[line * width + e] += (e < 2 ? 1 : 2) * u * wave[e] / (double)n;
     }
   }
+
+  // the harmonics of the motion, mean, cosines and sines
+  double *harmonic = c->harmonic + c->count * harmonics_of(c);
+  for (int64_t line = 0; line < seen; line++, harmonic += 2 * h + 1)
+    for (int64_t k = 0; k <= h; k++) {
+      harmonic[k] = c->series[line * width + 2 * k];
+      if (k > 0)
+        harmonic[h + k] = c->series[line * width + 2 * k + 1];
+    }
+  for (int64_t target = 0; target < c->target_count; target++)
+    c->peak[c->count * c->target_count + target] = longest(c, c->series + 3 * target * width);
 }
 
 static bool keep_row(void *context, const thrum_response_point *point) {
@@ -409,6 +466,7 @@ static thrum_status follow(response_curve *c, bool stability, thrum_error *error
   double *start = NULL;
   drop_rows(c);
   THRUM_TRY(bound_amplitude(c, &def, error));
+  THRUM_TRY(make_waves(c, error));
   THRUM_TRY(thrum_response_size(c->stepped, &def, &size, error));
   thrum_status status = find_start(c, &start, error);
   THRUM_THEN(status, thrum_reserve_aligned(&workspace, size, "the curve", error));

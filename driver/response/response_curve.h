@@ -21,6 +21,8 @@ typedef struct response_curve {
   double *loads[3];      /* mean, cosine and sine, rank of the shape each */
   double from, to;       /* [Hz] */
   double *seen;          /* targets x 3 x rank of the shape: displacement by coordinate */
+  double *waves;         /* cosines and sines at the samples of a period */
+  double *series;        /* room behind them, for what is seen of a motion */
   char vertex[40];       /* the target of a body whose targets are not named */
   const char *const *at; /* names of the targets */
   int64_t target_count;
