@@ -58,7 +58,7 @@ _thrum() {
   'static '*) words=' --load --factor --at --stay --tolerance --rank --from --monitor --accept-error --judge --full --fix --young --poisson --density --material --scale --unit --regions --order --element --move --rotate --moment --follow --linear-solver --quadrature --law --output --displacements --vtu --path --reactions --options --json --quiet --help --help-all' ;;
   'response --follower-inertia') words='on off' ;;
   'response --stability') words='on off' ;;
-  'response '*) words=' --output --mode --load --base-motion --from --to --damping --damping-ratio --q --at --harmonics --condense --follower-inertia --amplitude --stability --stability-steps --step --points --tolerance --start --start-from --check --no-check --check-error --options --json --quiet --help --help-all' ;;
+  'response '*) words=' --output --mode --load --base-motion --from --to --damping --damping-ratio --q --at --harmonics --periods --branch --other-side --condense --follower-inertia --amplitude --stability --stability-steps --step --points --tolerance --start --start-from --check --no-check --check-error --options --json --quiet --help --help-all' ;;
   'identify '*) words='--output --parameters --ratios --start-modes --start --damping --damping-ratio --dt --iterations --options --json --quiet --help' ;;
   'experiments '*) words='--long --sweep --step-sizes --work-precision --variable --extremes --linear --output --models --loads --schemes --amplitudes --subjects --time --dt --steps --threads --resume --json --quiet --help --list-jobs --job --collect' ;;
   'tradeoff --judge-by') words='displacement worse' ;;
