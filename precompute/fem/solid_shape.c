@@ -9,20 +9,30 @@
 #include "core/base/quadratic_tet.h"
 #include "core/base/vec3.h"
 
-/* --- hexahedra -------------------------------------------------------------------------------- */
+const double thrum_solid_corners[THRUM_SOLID_KINDS][8][3] = {
+    [THRUM_SOLID_TET] = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}},
+    [THRUM_SOLID_WEDGE] = {{0, 0, -1}, {1, 0, -1}, {0, 1, -1}, {0, 0, 1}, {1, 0, 1}, {0, 1, 1}},
+    [THRUM_SOLID_HEXAHEDRON] = {{-1, -1, -1},
+                                {1, -1, -1},
+                                {1, 1, -1},
+                                {-1, 1, -1},
+                                {-1, -1, 1},
+                                {1, -1, 1},
+                                {1, 1, 1},
+                                {-1, 1, 1}}};
 
-static const double hexahedron_corner[8][3] = {{-1, -1, -1}, {1, -1, -1}, {1, 1, -1}, {-1, 1, -1},
-                                               {-1, -1, 1},  {1, -1, 1},  {1, 1, 1},  {-1, 1, 1}};
+/* --- hexahedra -------------------------------------------------------------------------------- */
 
 /* The place of node n in natural coordinates; of a middle node one is 0. */
 static void hexahedron_node(int n, double place[3]) {
+  const double(*corner)[3] = thrum_solid_corners[THRUM_SOLID_HEXAHEDRON];
   if (n < 8) {
-    memcpy(place, hexahedron_corner[n], 3 * sizeof *place);
+    memcpy(place, corner[n], 3 * sizeof *place);
     return;
   }
   const int *ends = thrum_solid_shapes[THRUM_SOLID_HEXAHEDRON].edge[n - 8];
   for (int d = 0; d < 3; d++)
-    place[d] = (hexahedron_corner[ends[0]][d] + hexahedron_corner[ends[1]][d]) / 2;
+    place[d] = (corner[ends[0]][d] + corner[ends[1]][d]) / 2;
 }
 
 /* A product of one factor for each direction, and its slopes. */

@@ -19,6 +19,9 @@ typedef struct thrum_solid_table {
   double slopes[THRUM_SOLID_POINTS_MAX][THRUM_SOLID_NODES_MAX][3];
 } thrum_solid_table;
 
+/* Natural coordinates of the corners of elements; no pyramids. */
+extern const double thrum_solid_corners[THRUM_SOLID_KINDS][8][3];
+
 /* The table of a form: the points integrate its mass exactly where faces are flat and opposite
  * edges parallel, and the linear part of its strain energy, too. */
 void thrum_solid_table_make(thrum_solid_form form, thrum_solid_table *table);

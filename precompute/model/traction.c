@@ -1,118 +1,96 @@
-/* Surface tractions: f_a = sum over the triangles around a of t times the integral of N_a, the
- * consistent load of a uniform traction: area/3 at each node of a linear triangle, and in one of
- * six nodes nothing at its corners and area/3 at its middle nodes where its edges are straight;
- * curved ones take seven points (degree 5, Radon 1948, doi:10.1007/BF01525334). Cost: finding the
- * surface, linear in the mesh. SPDX-License-Identifier: Apache-2.0 */
+/* Surface tractions: f_a = sum over the faces around a of t times the integral of N_a, the shape
+ * function of the element, so it is the consistent load of a uniform traction: area/3 at each node
+ * of a linear triangle, a quarter at each of a rectangle; in a triangle of six nodes nothing at its
+ * corners and area/3 at its middle nodes, in a rectangle of eight -area/12 and area/3.
+ * Cost: finding the surface, linear in the mesh. SPDX-License-Identifier: Apache-2.0 */
 #include "precompute/model/traction.h"
 
-#include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
-#include "core/base/vec3.h"
 #include "mesh/mesh_faces.h"
 #include "platform/allocate.h"
+#include "precompute/fem/solid_face.h"
 #include "precompute/model/model_fem.h"
 
-/* Area of a triangle [m^2]. */
-static double area_of(const double *vertices, const int32_t corner[3]) {
-  double a[3], b[3], sum = 0;
-  for (int c = 0; c < 3; c++) {
-    a[c] = vertices[3 * corner[1] + c] - vertices[3 * corner[0] + c];
-    b[c] = vertices[3 * corner[2] + c] - vertices[3 * corner[0] + c];
-  }
-  for (int c = 0; c < 3; c++) {
-    const double normal = a[(c + 1) % 3] * b[(c + 2) % 3] - a[(c + 2) % 3] * b[(c + 1) % 3];
-    sum += normal * normal;
-  }
-  return 0.5 * sqrt(sum);
+/* An element, which is a solid or, where the mesh has none, a tetrahedron. */
+typedef struct traction_element {
+  thrum_solid_form form;
+  int32_t nodes[THRUM_SOLID_NODES_MAX];
+  double places[THRUM_SOLID_NODES_MAX][3];
+} traction_element;
+
+static int64_t element_count(const thrum_mesh *mesh) {
+  return mesh->solid_count > 0 ? mesh->solid_count : mesh->tet_count;
 }
 
-/* Shape functions of a six-node triangle at barycentric coordinates l, corners first, then the
- * middle nodes of edges 01, 12, 20, and their derivatives by l_1 and l_2. */
-static void triangle_shape(const double l[3], double shape[6], double slopes[6][2]) {
-  for (int k = 0; k < 3; k++) {
-    const int n = (k + 1) % 3;
-    shape[k] = l[k] * (2 * l[k] - 1);
-    shape[3 + k] = 4 * l[k] * l[n];
-    for (int d = 0; d < 2; d++) {
-      // l_0 falls as the others rise
-      const double own = k == 0 ? -1 : k == d + 1, next = n == 0 ? -1 : n == d + 1;
-      slopes[k][d] = (4 * l[k] - 1) * own;
-      slopes[3 + k][d] = 4 * (l[k] * next + l[n] * own);
-    }
+static void read_element(const thrum_mesh *mesh, int64_t e, traction_element *made) {
+  if (mesh->solid_count > 0) {
+    const int32_t begin = e > 0 ? mesh->solid_ends[e - 1] : 0;
+    made->form = (thrum_solid_form)mesh->solid_form[e];
+    memcpy(made->nodes, mesh->solid_nodes + begin,
+           sizeof(int32_t) * (size_t)(mesh->solid_ends[e] - begin));
+  } else {
+    made->form = mesh->midsides ? THRUM_FORM_TET10 : THRUM_FORM_TET4;
+    thrum_mesh_nodes(mesh, e, made->nodes);
   }
+  for (int n = 0; n < thrum_solid_forms[made->form].nodes; n++)
+    memcpy(made->places[n], mesh->vertices + 3 * (int64_t)made->nodes[n], sizeof *made->places);
 }
 
-/* Loads a six-node triangle; returns its area. */
-static double load_quadratic(const double *vertices, const int32_t node[6],
-                             const double traction[3], double *forces) {
-  // seven points of degree 5: the centre and two orbits of three
-  static const double a = 0.47014206410511508977, b = 0.10128650732345633880;
-  static const double weight_a = 0.13239415278850618074, weight_b = 0.12593918054482715260;
-  double whole = 0;
-  for (int p = 0; p < 7; p++) {
-    const double share = p == 6 ? 1.0 / 3 : p < 3 ? a : b;
-    double l[3] = {share, share, share}, shape[6], slopes[6][2], edge[2][3] = {{0}};
-    if (p < 6)
-      l[p % 3] = 1 - 2 * share;
-    triangle_shape(l, shape, slopes);
-
-    // the map's two edges span twice the area around the point
-    for (int n = 0; n < 6; n++)
-      for (int d = 0; d < 2; d++)
-        for (int c = 0; c < 3; c++)
-          edge[d][c] += slopes[n][d] * vertices[3 * (int64_t)node[n] + c];
-    double normal[3];
-    thrum_cross3(edge[0], edge[1], normal);
-    const double weight = p == 6 ? 0.225 : p < 3 ? weight_a : weight_b;
-    const double area = weight * sqrt(thrum_dot3(normal, normal)) / 2;
-    whole += area;
-    for (int n = 0; n < 6; n++)
-      for (int c = 0; c < 3; c++)
-        forces[3 * (int64_t)node[n] + c] += area * shape[n] * traction[c];
+/* The face that a triangle of the surface is a part of; -1: none. */
+static int face_of(const traction_element *element, const int32_t triangle[3]) {
+  const thrum_solid kind = thrum_solid_forms[element->form].kind;
+  for (int face = 0; face < thrum_solid_shapes[kind].faces; face++) {
+    int nodes[THRUM_SOLID_FACE_NODES_MAX], found = 0;
+    const int count = thrum_solid_face_nodes(element->form, face, nodes);
+    for (int k = 0; k < 3 * count; k++)
+      found += element->nodes[nodes[k / 3]] == triangle[k % 3];
+    if (found == 3)
+      return face;
   }
-  return whole;
+  return -1;
 }
 
-/* Loads a face of ten-node tets whose six nodes are all chosen; returns its area, else 0. */
-static double load_six_nodes(const thrum_mesh *mesh, const thrum_mesh_face *face,
-                             const uint8_t *chosen, const double traction[3], double *forces) {
-  int32_t node[6];
-  for (int k = 0; k < 3; k++) {
-    node[k] = face->vertices[k];
-    node[3 + k] =
-        thrum_mesh_middle_node(mesh, face->tet, face->vertices[k], face->vertices[(k + 1) % 3]);
-  }
-  for (int n = 0; n < 6; n++)
-    if (!chosen[node[n]])
+/* Loads a face whose nodes are all chosen; returns its area, else 0. */
+static double load_face(traction_element *element, int face, const uint8_t *chosen,
+                        const double traction[3], double *forces) {
+  int nodes[THRUM_SOLID_FACE_NODES_MAX];
+  double shares[THRUM_SOLID_FACE_NODES_MAX];
+  const int count = thrum_solid_face_nodes(element->form, face, nodes);
+  for (int k = 0; k < count; k++)
+    if (!chosen[element->nodes[nodes[k]]])
       return 0;
-  return load_quadratic(mesh->vertices, node, traction, forces);
+  const double area = thrum_solid_face_shares(element->form, face, element->places, shares);
+  for (int k = 0; k < 3 * count; k++)
+    forces[3 * (int64_t)element->nodes[nodes[k / 3]] + k % 3] += shares[k / 3] * traction[k % 3];
+  return area;
 }
 
-/* Loads the triangles whose vertices are all chosen; returns their area. */
-static double load_faces(const thrum_mesh *mesh, const thrum_mesh_faces *faces,
+/* Loads the faces of the surface whose nodes are all chosen; returns their area. `done` has a bit
+ * for each face of an element, as several triangles lie on one. */
+static double load_faces(const thrum_mesh *mesh, const thrum_mesh_faces *faces, uint8_t *done,
                          const uint8_t *chosen, const double traction[3], double *forces) {
   double whole = 0;
+  int64_t e = 0;
   for (int64_t n = 0; n < faces->count; n++) {
-    const int32_t *corner = faces->faces[n].vertices;
+    const thrum_mesh_face *triangle = &faces->faces[n];
 
-    // inner faces and faces with a vertex that is not chosen carry no load
-    if (faces->faces[n].other >= 0 || !chosen[corner[0]] || !chosen[corner[1]] ||
-        !chosen[corner[2]])
+    // faces are in the order of their tets, and these in that of their solids
+    while (mesh->solid_count > 0 && triangle->tet >= mesh->solid_tet_ends[e])
+      e++;
+    if (mesh->solid_count == 0)
+      e = triangle->tet;
+    if (triangle->other >= 0)
       continue;
-    if (mesh->midsides != NULL) {
-      whole += load_six_nodes(mesh, &faces->faces[n], chosen, traction, forces);
+    traction_element element;
+    read_element(mesh, e, &element);
+    const int face = face_of(&element, triangle->vertices);
+    if (face < 0 || (done[e] >> face & 1))
       continue;
-    }
-
-    // each corner takes a third
-    const double area = area_of(mesh->vertices, corner);
-    whole += area;
-    for (int k = 0; k < 3; k++)
-      for (int c = 0; c < 3; c++)
-        forces[3 * (int64_t)corner[k] + c] += area / 3 * traction[c];
+    done[e] = (uint8_t)(done[e] | 1 << face);
+    whole += load_face(&element, face, chosen, traction, forces);
   }
-
   return whole;
 }
 
@@ -122,11 +100,12 @@ thrum_status thrum_traction_fill(const thrum_model *model, const int32_t *vertic
   // the model's mesh as the functions of meshes take it
   thrum_mesh mesh = {0};
   thrum_mesh_faces faces = {0};
-  uint8_t *chosen = NULL;
+  uint8_t *chosen = NULL, *done = NULL;
   THRUM_TRY(thrum_model_borrow_mesh(model, &mesh, error));
 
   // which vertices bear the traction, and the triangles of the surface
   thrum_status status = thrum_reserve(&chosen, mesh.vertex_count, 1, "the surface", error);
+  THRUM_THEN(status, thrum_reserve(&done, element_count(&mesh), 1, "the surface", error));
   if (status >= 0) {
     int64_t tets[3];
     for (int64_t v = 0; v < mesh.vertex_count; v++)
@@ -136,18 +115,19 @@ thrum_status thrum_traction_fill(const thrum_model *model, const int32_t *vertic
     status = thrum_mesh_find_faces(&mesh, &faces, tets, error);
   }
 
-  // each triangle whose three vertices do hands its share to them
+  // each face whose nodes all do hands its share to them
   if (status >= 0) {
-    const double whole = load_faces(&mesh, &faces, chosen, traction, forces);
+    const double whole = load_faces(&mesh, &faces, done, chosen, traction, forces);
     if (!(whole > 0))
       status = thrum_error_set(error, THRUM_INVALID_ARGUMENT,
-                               "no triangle of the surface has all of its vertices there, so a "
+                               "no face of the surface has all of its vertices there, so a "
                                "traction has nothing to act on");
     else if (area != NULL)
       *area = whole;
   }
 
   free(chosen);
+  free(done);
   free(faces.faces);
   thrum_model_return_mesh(&mesh);
   return status;

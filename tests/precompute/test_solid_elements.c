@@ -7,6 +7,7 @@
 #include "mesh/divide_shells.h"
 #include "mesh/mesh_shells.h"
 #include "precompute/fem/fem_solids.h"
+#include "precompute/model/traction.h"
 #include "thrum/polynomial.h"
 
 static void assert_within(double value, double expected, double tolerance) {
@@ -222,6 +223,65 @@ static void patch_test_passes_on_distorted_meshes(void **state) {
   }
 }
 
+/* Under the same strain what pushes on the nodes is the traction P n of the sides of a box alone,
+ * whatever elements it is made of and wherever its inner nodes lie. */
+static void tractions_on_the_sides_hold_an_even_strain(void **state) {
+  (void)state;
+  for (int f = 0; f < FORMS; f++) {
+    const double size[3] = {2, 2, 0.1};
+    body b = grid_make(forms[f], 2, 2, size[2], 0);
+    for (int64_t v = 0; v < b.mesh.vertex_count; v++) {
+      double *x = b.mesh.vertices + 3 * v, inside = x[0] * x[1] * (2 - x[0]) * (2 - x[1]);
+      x[0] += 0.1 * inside;
+      x[1] -= 0.07 * inside;
+    }
+    thrum_fem fem = body_fem(&b);
+    const int64_t all = 3 * fem.vertex_count;
+    double g[3][3] = {{0.1, 0.02, 0}, {-0.04, 0.05, 0}, {0, 0, -0.03}}, p[3][3];
+    double *u = need((size_t)all, sizeof *u), *force = need((size_t)all, sizeof *force);
+    double *sides = need((size_t)all, sizeof *sides);
+    int32_t *list = need((size_t)fem.vertex_count, sizeof *list);
+    respond(&fem, g, p);
+    for (int64_t c = 0; c < all; c++)
+      u[c] = thrum_dot3(g[c % 3], fem.vertices + c / 3 * 3);
+    thrum_fem_energy(&fem, u, force);
+
+    // the six sides
+    const double material[3] = {1e3, 0.3, 2};
+    thrum_model model = {.vertex_count = fem.vertex_count,
+                         .tet_count = b.mesh.tet_count,
+                         .solid_count = b.mesh.solid_count,
+                         .region_count = 1,
+                         .vertices = b.mesh.vertices,
+                         .tets = b.mesh.tets,
+                         .tet_region = b.mesh.tet_region,
+                         .material = material,
+                         .solid_form = b.mesh.solid_form,
+                         .solid_ends = b.mesh.solid_ends,
+                         .solid_nodes = b.mesh.solid_nodes,
+                         .solid_tet_ends = b.mesh.solid_tet_ends};
+    for (int side = 0; side < 6; side++) {
+      const int d = side / 2;
+      const double at = side % 2 * size[d], out = side % 2 ? 1 : -1;
+      const double traction[3] = {out * p[0][d], out * p[1][d], out * p[2][d]};
+      double area = 0;
+      int64_t count = 0;
+      for (int64_t v = 0; v < fem.vertex_count; v++)
+        if (fabs(fem.vertices[3 * v + d] - at) < 1e-9)
+          list[count++] = (int32_t)v;
+      assert_int_equal(thrum_traction_fill(&model, list, count, traction, sides, &area, NULL), 0);
+      assert_within(area, size[(d + 1) % 3] * size[(d + 2) % 3], 1e-13);
+    }
+    assert_near(sides, force, all, 1e-12);
+    thrum_fem_free(&fem);
+    body_free(&b);
+    free(u);
+    free(force);
+    free(sides);
+    free(list);
+  }
+}
+
 static void force_is_the_slope_of_energy_and_stiffness_that_of_force(void **state) {
   (void)state;
   for (int f = 0; f < FORMS; f++) {
@@ -390,6 +450,7 @@ int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(shape_functions_add_up_to_one_and_are_one_at_their_node),
       cmocka_unit_test(patch_test_passes_on_distorted_meshes),
+      cmocka_unit_test(tractions_on_the_sides_hold_an_even_strain),
       cmocka_unit_test(force_is_the_slope_of_energy_and_stiffness_that_of_force),
       cmocka_unit_test(reduced_polynomial_is_the_energy_of_the_mesh),
       cmocka_unit_test(turned_hexahedra_are_the_same_shell),
