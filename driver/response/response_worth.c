@@ -1,7 +1,8 @@
 /* What a curve is worth for the mesh; see response_worth.h. Both bodies take the same steps of the
  * energy integrator, so what these err by is in both numbers. Ratios of damping are those of modes,
- * which the mesh has not: it is damped by its mass as the first mode is. SPDX-License-Identifier:
- * Apache-2.0 */
+ * which the mesh has not: it is damped by its mass, at the rate at which the orbit loses energy. A
+ * free mesh feels what its loads leave when they move it as a whole, as the curve does.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "driver/response/response_worth.h"
 
 #include <math.h>
@@ -15,7 +16,9 @@
 #include "platform/allocate.h"
 #include "platform/clock.h"
 #include "platform/stop_request.h"
+#include "precompute/fem/rigid_modes.h"
 #include "precompute/full/full.h"
+#include "precompute/model/model_fem.h"
 #include "thrum/thrum.h"
 
 #define STEPS RESPONSE_ORBIT_STEPS
@@ -30,9 +33,10 @@ typedef struct mesh_run {
   double *u, *v, *start, *forces; /* fields */
   double *cosine, *sine, *mean;   /* fields of the loads */
   double *memory;
-  double largest; /* displacement of the model */
-  double until;   /* of clock_seconds; no step of the mesh begins after it */
-  bool late;      /* it has come to that, or to a stop */
+  double largest;                           /* displacement of the model */
+  double last[THRUM_RANK_MAX], moved, lost; /* of the model: q, and sums of dq^2 and of D dq^2 */
+  double until; /* of clock_seconds; no step of the mesh begins after it */
+  bool late;    /* it has come to that, or to a stop */
 } mesh_run;
 
 static double rms(int64_t size, const double *field, const double *less) {
@@ -42,6 +46,30 @@ static double rms(int64_t size, const double *field, const double *less) {
     sum += part * part;
   }
   return sqrt(sum / (double)size);
+}
+
+/* Takes off the loads of a free body what moves it as a whole, f less M Z Z^T f. */
+static thrum_status take_off_rigid(mesh_run *run, thrum_error *error) {
+  thrum_model_fem body = {0};
+  double *modes = NULL;
+  const int64_t count = THRUM_RIGID_COUNT * run->size;
+  if (run->curve->shape->rigid == NULL)
+    return THRUM_OK;
+  thrum_status status = thrum_model_fem_create(run->curve->shape, &body, error);
+  THRUM_THEN(status, thrum_reserve(&modes, 2 * count, sizeof *modes, "the rigid modes", error));
+  THRUM_THEN(status, thrum_rigid_modes(&body.fem, &body.mass, modes, modes + count, error));
+  double *const fields[] = {run->cosine, run->sine, run->mean};
+  for (int n = 0; n < 3 * THRUM_RIGID_COUNT && status >= 0; n++) {
+    const double *mode = modes + n % THRUM_RIGID_COUNT * run->size, *dual = mode + count;
+    double *field = fields[n / THRUM_RIGID_COUNT], share = 0;
+    for (int64_t i = 0; i < run->size; i++)
+      share += mode[i] * field[i];
+    for (int64_t i = 0; i < run->size; i++)
+      field[i] -= share * dual[i];
+  }
+  free(modes);
+  thrum_model_fem_free(&body);
+  return status;
 }
 
 /* The loads as fields, in what swings with cosine and sine and what stays. */
@@ -62,15 +90,14 @@ static thrum_status fill_loads(mesh_run *run, thrum_full *body, thrum_error *err
       run->mean[i] += load->swings ? 0 : run->forces[i];
     }
   }
-  return THRUM_OK;
+  return take_off_rigid(run, error);
 }
 
-static thrum_status step_mesh(mesh_run *run, thrum_full *body, const double *q, const double *p,
-                              double *missed, thrum_error *error) {
+static thrum_status step_mesh(mesh_run *run, thrum_full *body, const double *p, double *missed,
+                              thrum_error *error) {
   const thrum_model *shape = run->curve->shape;
   double largest = 0;
   THRUM_TRY(fill_loads(run, body, error));
-  THRUM_TRY(thrum_displacement(shape, q, 0, shape->vertex_count, run->start, error));
   THRUM_TRY(thrum_displacement(shape, p, 0, shape->vertex_count, run->v, error));
   THRUM_TRY(thrum_full_set(body, run->start, run->v, error));
   for (int64_t step = 0; step < STEPS * run->curve->request->periods; step++) {
@@ -91,13 +118,19 @@ static thrum_status step_mesh(mesh_run *run, thrum_full *body, const double *q, 
   return THRUM_OK;
 }
 
-/* How far the model has moved; of the last step the displacement stays. */
+/* How far and how fast the model has moved; of the last step the displacement stays. */
 static thrum_status show_step(void *context, int64_t step, const double *q, thrum_error *error) {
   mesh_run *run = context;
   const thrum_model *shape = run->curve->shape;
   (void)step;
   THRUM_TRY(thrum_displacement(shape, q, 0, shape->vertex_count, run->u, error));
   run->largest = fmax(run->largest, rms(run->size, run->u, NULL));
+  for (int64_t i = 0; i < shape->rank; i++) {
+    const double moved = q[i] - run->last[i];
+    run->moved += moved * moved;
+    run->lost += run->curve->rates[i] * moved * moved;
+    run->last[i] = q[i];
+  }
   return THRUM_OK;
 }
 
@@ -107,7 +140,8 @@ static thrum_status step_model(mesh_run *run, double omega, const double *q, con
   const response_curve *c = run->curve;
   const double *const loads[3] = {c->loads[0], c->loads[1], c->loads[2]};
   const response_orbit orbit = {c->shape, c->rates, loads, omega, c->request->periods};
-  run->largest = 0;
+  run->largest = run->moved = run->lost = 0;
+  memcpy(run->last, q, (size_t)c->shape->rank * sizeof *q);
   THRUM_TRY(response_orbit_run(&orbit, q, p, show_step, run, error));
   *missed = rms(run->size, run->u, run->start) / run->largest;
   return THRUM_OK;
@@ -122,19 +156,17 @@ static thrum_status look_at(mesh_run *run, int64_t row, response_worth_point *po
   const double dt = THRUM_TWO_PI / c->rows[row].point.omega / STEPS;
   response_curve_state(c, row, q, p);
   *point = (response_worth_point){.row = row};
+  THRUM_TRY(thrum_displacement(c->shape, q, 0, c->shape->vertex_count, run->start, error));
+  THRUM_TRY(step_model(run, c->rows[row].point.omega, q, p, &point->model, error));
   thrum_full_def full = thrum_default_full_def();
   full.dt = dt;
   full.law = thrum_law_of_model(c->shape);
-  full.damping_alpha = by_mode ? c->rates[0] : damping->alpha;
+  full.damping_alpha = by_mode && run->moved > 0 ? run->lost / run->moved : damping->alpha;
   full.damping_beta = by_mode ? 0 : damping->beta;
   thrum_full *body = NULL;
   thrum_status status = thrum_full_create(c->shape, NULL, &full, &body, error);
-  THRUM_THEN(status, step_mesh(run, body, q, p, &point->mesh, error));
+  THRUM_THEN(status, step_mesh(run, body, p, &point->mesh, error));
   thrum_full_free(body);
-
-  if (run->late)
-    return status;
-  THRUM_THEN(status, step_model(run, c->rows[row].point.omega, q, p, &point->model, error));
   return status;
 }
 

@@ -301,6 +301,36 @@ static void a_mesh_that_misses_its_orbit_flags_the_curve(void **state) {
   cJSON_Delete(object);
 }
 
+/* The largest miss of a mesh near one mode. */
+static double missed_by(const char *model, const char *load, const char *ratio, const char *from,
+                        const char *to) {
+  cJSON *object = object_of(thrum_run(folder, "response", model, "--load", load, "--damping-ratio",
+                                      ratio, "--from", from, "--to", to, "--stability", "off",
+                                      "--check", "1", "--json", "-q", NULL),
+                            0);
+  const cJSON *mesh = cJSON_GetArrayItem(cJSON_GetObjectItemCaseSensitive(object, "mesh"), 0);
+  const double missed = json_value(mesh, "missed");
+  assert_true(missed > 0 && json_value(mesh, "missed_by_model") < 0.005);
+  cJSON_Delete(object);
+  return missed;
+}
+
+/* Modes that move alone lose their energy at 2 zeta omega, each at its own. */
+static void a_mesh_is_damped_as_the_mode_that_swings(void **state) {
+  (void)state;
+  assert_true(missed_by("beam.npz", "sine:0,0.02,0@near:0.5,0,0", "0.1", "70", "80") < 0.02);
+}
+
+/* A load on a free body swings its shape about the motion of the whole. */
+static void a_free_mesh_feels_what_bends_it(void **state) {
+  (void)state;
+  program_result run = thrum_run(folder, "precompute", "beam:6x1x1@1x0.05x0.04", "--order", "1",
+                                 "--modes", "2", "--rank", "5", "-o", "free.npz", "-q", NULL);
+  assert_int_equal(run.exit_code, 0);
+  program_result_free(&run);
+  assert_true(missed_by("free.npz", "sine:0,0,0.001@tip", "0.02", "12", "14") < 0.01);
+}
+
 static void too_few_harmonics_flag_the_curve(void **state) {
   (void)state;
   cJSON *object =
@@ -381,6 +411,8 @@ int main(void) {
       cmocka_unit_test(a_backbone_ends_at_its_amplitude),
       cmocka_unit_test(a_backbone_ends_at_the_size_of_the_body),
       cmocka_unit_test(a_mesh_that_misses_its_orbit_flags_the_curve),
+      cmocka_unit_test(a_mesh_is_damped_as_the_mode_that_swings),
+      cmocka_unit_test(a_free_mesh_feels_what_bends_it),
       cmocka_unit_test(too_few_harmonics_flag_the_curve),
       cmocka_unit_test(a_curve_of_two_periods_is_that_of_one),
       cmocka_unit_test(bad_input_is_one_line),
