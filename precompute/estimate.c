@@ -66,6 +66,19 @@ static double coefficient_bytes(const thrum_precompute_options *options, double 
   return options->cubature ? 72 * (double)options->cubature_points * r : 8 * r * r * r * r / 24;
 }
 
+/* The options with the rank that the parameters make. */
+static thrum_precompute_options with_parameters(const thrum_fem *fem,
+                                                const thrum_precompute_options *options) {
+  thrum_precompute_options made = *options;
+  made.rank += thrum_options_added(options, fem);
+  return made;
+}
+
+/* Changes of the body that the shapes of the parameters answer: solves, with what drives them. */
+static double parameter_solves(const thrum_fem *fem, const thrum_precompute_options *options) {
+  return options->parameters ? 9 * (double)fem->region_count : 0;
+}
+
 // the most of what the stages hold beyond the mesh, the fem, K and M
 static double most_bytes(const thrum_fem *fem, double entries, const thrum_factor *factor,
                          const thrum_precompute_options *options) {
@@ -96,7 +109,9 @@ static double most_bytes(const thrum_fem *fem, double entries, const thrum_facto
   const double modes = factored + fmax(8 * n * (k + most), 8 * n * k + counting);
 
   // the derivatives stand beside the modes and the factor; refined solves have three blocks more
-  const double derivatives = factored + 8 * n * (candidates + (single ? 4.5 : 2) * block);
+  const double derivatives =
+      factored +
+      8 * n * (candidates + (single ? 4.5 : 2) * block + 2 * parameter_solves(fem, options));
 
   // the factor and K are gone by then
   const double basis =
@@ -104,8 +119,8 @@ static double most_bytes(const thrum_fem *fem, double entries, const thrum_facto
 
   // the polynomial needs the basis, its products of columns and its coefficients
   const double polynomial = 24 * vertices * r + reduced_bytes(fem, options, columns) - 16 * entries;
-  const double model =
-      coefficient_bytes(options, r) + 24 * vertices + 24 * (double)thrum_fem_elements(fem);
+  const double model = coefficient_bytes(options, r) + thrum_options_share_bytes(options, fem, r) +
+                       24 * vertices + 24 * (double)thrum_fem_elements(fem);
   const double kept = options->keep_modes ? 24 * vertices * (double)options->modes : 0;
 
   // stages follow each other, so the largest of them counts
@@ -160,10 +175,15 @@ static void find_ways(const thrum_fem *fem, double entries, const thrum_factor *
 }
 
 void thrum_estimate_memory(const thrum_fem *fem, const thrum_sparse *stiffness,
-                           const thrum_factor *factor, const thrum_precompute_options *options,
+                           const thrum_factor *factor, const thrum_precompute_options *asked,
                            thrum_estimate *estimate) {
+  const thrum_precompute_options made = with_parameters(fem, asked), *options = &made;
   const double entries = (double)stiffness->begin[stiffness->size];
-  *estimate = (thrum_estimate){.free_dofs = fem->free_count};
+  const double r = (double)(options->imported ? options->imported->rank : options->rank);
+  *estimate = (thrum_estimate){.free_dofs = fem->free_count, .rank = (int64_t)r};
+  estimate->file = coefficient_bytes(options, r) / (options->single ? 2 : 1) +
+                   thrum_options_share_bytes(options, fem, r) +
+                   24 * (double)fem->vertex_count * (r + 1) + 20 * (double)fem->tet_count;
   if (options->imported) {
     judge(options, most_bytes_given(fem, entries, options), estimate);
     find_ways(fem, entries, NULL, options, estimate);
@@ -283,8 +303,9 @@ static double reduced_seconds(const thrum_precompute_options *options, thrum_law
          refine_seconds(options, law, state, gemm);
 }
 
-void thrum_estimate_times(const thrum_fem *fem, const thrum_precompute_options *options,
+void thrum_estimate_times(const thrum_fem *fem, const thrum_precompute_options *asked,
                           thrum_estimate *estimate) {
+  const thrum_precompute_options made = with_parameters(fem, asked), *options = &made;
   // two short measurements of this machine: arithmetic, and reading memory
   double gemm, read;
   probe(options->threads, &gemm, &read);
@@ -324,9 +345,14 @@ void thrum_estimate_times(const thrum_fem *fem, const thrum_precompute_options *
   if (thrum_options_counted(options, fem->free_count))
     seconds[THRUM_STAGE_modes] += 1.3 * seconds[THRUM_STAGE_factor];
 
-  seconds[THRUM_STAGE_derivatives] = pairs * (blocked + 2.5e-8 * points);
+  seconds[THRUM_STAGE_derivatives] =
+      pairs * (blocked + 2.5e-8 * points) + parameter_solves(fem, options) * blocked;
   seconds[THRUM_STAGE_basis] = 8 * n * (k + pairs) * (k + pairs) / (0.12 * gemm);
-  seconds[THRUM_STAGE_polynomial] = reduced_seconds(options, law, points, n, columns, gemm);
+
+  // one more reduction for each modulus of a region
+  const double reductions = 1 + (options->parameters ? 2 * (double)fem->region_count : 0);
+  seconds[THRUM_STAGE_polynomial] =
+      reductions * reduced_seconds(options, law, points, n, columns, gemm);
 }
 
 void thrum_estimate_times_cg(const thrum_fem *fem, const thrum_precompute_options *options,

@@ -10,6 +10,8 @@ typedef struct thrum_estimate {
   int64_t free_dofs;
   int64_t factor_nonzeros;
   double factor_flops;
+  int64_t rank;      /* of the model, with what parameters add */
+  double file;       /* bytes of the model, about */
   double memory;     /* most bytes that the process will hold, what it holds now included */
   double more;       /* of them, what is still to be taken */
   double available;  /* bytes, thrum_memory_available or the limit asked for */

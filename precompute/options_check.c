@@ -5,6 +5,7 @@
 #include <math.h>
 
 #include "precompute/basis/mode_check.h"
+#include "precompute/basis/parameter_shapes.h"
 #include "precompute/fem/constraints.h"
 #include "precompute/fem/quadrature.h"
 #include "precompute/fem/rigid_modes.h"
@@ -12,7 +13,8 @@
 
 #define USUAL_DERIVATIVES                                                                          \
   30 /* directions of the derivatives at most in a usual rank, where modes are fewer */
-#define COUNT_MAX 30000 /* free components up to which modes are counted unasked */
+#define FILE_MOST 4294967295.0 /* bytes of a model file */
+#define COUNT_MAX 30000        /* free components up to which modes are counted unasked */
 
 int64_t thrum_options_shapes(const thrum_precompute_options *options) {
   return options->modes + 3 * options->handle_count;
@@ -26,6 +28,24 @@ int64_t thrum_options_squared(const thrum_precompute_options *options) {
 double thrum_options_columns(const thrum_precompute_options *options) {
   const double squared = (double)thrum_options_squared(options);
   return (double)options->rank + squared * (squared + 1) / 2;
+}
+
+int64_t thrum_options_added(const thrum_precompute_options *options, const thrum_fem *fem) {
+  if (!options->parameters)
+    return 0;
+  const int64_t rigid = fem->free_count == 3 * fem->vertex_count ? THRUM_RIGID_COUNT : 0;
+  const int64_t most = thrum_parameter_shape_count(fem->region_count, options->modes);
+  const int64_t room = fem->free_count - rigid - options->rank;
+  const int64_t added = most < room ? most : room;
+  return added > 0 ? added : 0;
+}
+
+double thrum_options_share_bytes(const thrum_precompute_options *options, const thrum_fem *fem,
+                                 double rank) {
+  if (!options->parameters)
+    return 0;
+  const double r = rank, cubics = r * (r + 1) * (r + 2) / 6, quartics = cubics * (r + 3) / 4;
+  return 8 * (double)fem->region_count * (2 * (r * r + cubics + quartics) + r * (r + 3));
 }
 
 int64_t thrum_options_usual_rank(int64_t modes) {
@@ -171,6 +191,20 @@ static void lower_counts(thrum_precompute_options *options, int64_t room) {
   options->rank = options->rank < most ? options->rank : most;
 }
 
+/* What parameters add has a place in the model and in a file. */
+static thrum_status check_parameters(const thrum_precompute_options *options, const thrum_fem *fem,
+                                     thrum_error *error) {
+  const int64_t rank = options->rank + thrum_options_added(options, fem);
+  const double bytes = thrum_options_share_bytes(options, fem, (double)rank);
+  if (!options->parameters || (rank <= THRUM_RANK_MAX && bytes < FILE_MOST))
+    return THRUM_OK;
+  return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                         "parameters of %lld regions make a rank of %lld and a file of %.1f GB, "
+                         "where %d and %.1f are the most: lower --rank or --modes, or join regions",
+                         (long long)fem->region_count, (long long)rank, 1e-9 * bytes,
+                         THRUM_RANK_MAX, 1e-9 * FILE_MOST);
+}
+
 thrum_status thrum_options_check_body(thrum_precompute_options *options, const thrum_fem *fem,
                                       bool *free_body, thrum_error *error) {
   THRUM_TRY(thrum_constraints_check(fem, free_body, error));
@@ -187,6 +221,7 @@ thrum_status thrum_options_check_body(thrum_precompute_options *options, const t
                            "components: lower --modes and "
                            "--rank",
                            (long long)k, (long long)r, (long long)n);
+  THRUM_TRY(check_parameters(options, fem, error));
   if (options->cubature_refine > 0 && thrum_fem_has_yield(fem))
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "cubature points are not refined where a region has a yield: what flows "

@@ -16,6 +16,13 @@ int64_t thrum_options_shapes(const thrum_precompute_options *options);
 int64_t thrum_options_squared(const thrum_precompute_options *options);
 double thrum_options_columns(const thrum_precompute_options *options);
 
+/* Coordinates that the parameters of a body add beside the rank, as far as it has room for them;
+ * and bytes of what its moduli and densities add to the polynomial and to the mass, at a rank that
+ * has them. 0 without parameters. */
+int64_t thrum_options_added(const thrum_precompute_options *options, const thrum_fem *fem);
+double thrum_options_share_bytes(const thrum_precompute_options *options, const thrum_fem *fem,
+                                 double rank);
+
 /* The rank that is taken for so many modes where none is given: these, and twice as many directions
  * of their derivatives up to 30, at most half of those that there are; at least 2 a mode. */
 int64_t thrum_options_usual_rank(int64_t modes);

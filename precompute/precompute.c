@@ -356,10 +356,8 @@ static thrum_status part_candidates(pipeline *p, thrum_error *error) {
 
 /* What the modes gain where regions change, beside the rank. */
 static thrum_status find_parameter_shapes(pipeline *p, thrum_error *error) {
-  const int64_t k = p->options.modes, most = thrum_parameter_shape_count(p->fem.region_count, k);
-  const int64_t room = p->fem.free_count - p->result.rigid_count - p->options.rank;
-  const int64_t count = most < room ? most : room;
-  if (!p->options.parameters || count < 1)
+  const int64_t k = p->options.modes, count = thrum_options_added(&p->options, &p->fem);
+  if (count < 1)
     return THRUM_OK;
   THRUM_TRY(thrum_reserve(&p->shapes, count * 3 * p->fem.vertex_count, sizeof *p->shapes,
                           "the shapes of the parameters", error));

@@ -34,6 +34,9 @@ static void print_json(const precompute_outcome *outcome, const thrum_estimate *
   json_number(object, "factor_nonzeros", (double)estimate->factor_nonzeros);
   json_number(object, "factor_gflop", 1e-9 * estimate->factor_flops);
 
+  json_number(object, "rank", (double)estimate->rank);
+  json_number(object, "file_mb", estimate->file / 1048576);
+
   // the estimates that the verdict rests on
   json_number(object, "memory_mb", estimate->memory / 1048576);
   json_number(object, "available_mb", estimate->available / 1048576);
@@ -67,6 +70,12 @@ static void print_table(const precompute_outcome *outcome, const thrum_estimate 
   printf("%-18sabout %.0f MB, %.0f MB more than now; %.0f MB %s are left: %s\n", "memory",
          estimate->memory / 1048576, estimate->more / 1048576, estimate->available / 1048576,
          estimate->whose, estimate->fits ? "it fits" : "it does NOT fit");
+
+  printf("%-18srank %" PRId64 ", a file of about %.3g MB", "model", estimate->rank,
+         estimate->file / 1048576);
+  if (outcome->request->options.parameters)
+    printf(", with what moduli and densities of %" PRId64 " regions add", mesh->region_count);
+  putchar('\n');
 
   // rough times, stage by stage
   printf("%-18sabout %.2g s", "time", total_of(estimate));

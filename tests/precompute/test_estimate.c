@@ -9,6 +9,7 @@
 #include <cmocka.h>
 
 #include <sys/resource.h>
+#include <sys/stat.h>
 
 #include "platform/clock.h"
 #include "platform/memory_limit.h"
@@ -234,6 +235,59 @@ static void a_model_that_does_not_fit_into_memory_is_refused_in_one_line(void **
   assert_false(file_exists(path));
 }
 
+/* A row of boxes, each a region of its own. */
+static void write_regions(int count) {
+  char path[160];
+  snprintf(path, sizeof path, "%s/regions.inp", folder);
+  FILE *file = fopen(path, "w");
+  assert_non_null(file);
+  fputs("*NODE\n", file);
+  for (int n = 0; n < 4 * (count + 1); n++)
+    fprintf(file, "%d, %d, %d, %d\n", n + 1, n / 4, n % 4 == 1 || n % 4 == 2, n % 4 > 1);
+  for (int g = 0; g < count; g++) {
+    fprintf(file, "*ELEMENT, TYPE=C3D8, ELSET=R%d\n%d", g, g + 1);
+    for (int n = 1; n < 9; n++)
+      fprintf(file, ", %d", 4 * g + n);
+    fprintf(file, "\n*SOLID SECTION, ELSET=R%d, MATERIAL=S\n", g);
+  }
+  fputs("*MATERIAL, NAME=S\n*ELASTIC\n5e6, 0.3\n*DENSITY\n1000\n", file);
+  fclose(file);
+}
+
+static program_result run_regions(const char *modes, const char *rank, const char *how) {
+  return thrum_run(folder, "precompute", "regions.inp", "--order", "1", "--fix", "x<0.001",
+                   "--modes", modes, "--rank", rank, "--parameters", "--json", how, "-o",
+                   "regions.npz", NULL);
+}
+
+/* Each region has a polynomial for each of its two moduli, of a rank that grows with all of them.
+ */
+static void what_parameters_add_is_said_before(void **state) {
+  (void)state;
+  write_regions(6);
+  program_result dry = run_regions("3", "6", "--dry-run"), wet = run_regions("3", "6", "-q");
+  assert_int_equal(dry.exit_code, 0);
+  assert_int_equal(wet.exit_code, 0);
+  cJSON *said = json_line(dry.out), *took = json_line(wet.out);
+  char path[160];
+  struct stat made;
+  snprintf(path, sizeof path, "%s/regions.npz", folder);
+  assert_int_equal(stat(path, &made), 0);
+  assert_true(json_value(said, "rank") == json_value(took, "rank"));
+  assert_true(fabs(json_value(said, "file_mb") * 1048576 / (double)made.st_size - 1) < 0.05);
+  cJSON_Delete(said);
+  cJSON_Delete(took);
+  program_result_free(&dry);
+  program_result_free(&wet);
+
+  // more than a model may have is refused before anything is computed
+  write_regions(90);
+  dry = run_regions("3", "6", "-q");
+  assert_int_equal(dry.exit_code, 1);
+  assert_non_null(strstr(dry.err, "parameters of 90 regions make a rank of 540"));
+  program_result_free(&dry);
+}
+
 /* A given basis has its rank, so neither a lower rank nor other points can save memory, whatever
  * was in the estimate before. */
 static void what_would_do_is_known_of_a_basis_that_is_given(void **state) {
@@ -404,6 +458,7 @@ int main(void) {
 
       // memory that does not suffice
       cmocka_unit_test(a_model_that_does_not_fit_into_memory_is_refused_in_one_line),
+      cmocka_unit_test(what_parameters_add_is_said_before),
       cmocka_unit_test(what_would_do_is_known_of_a_basis_that_is_given),
       cmocka_unit_test(a_grid_that_cannot_fit_is_refused_before_it_is_made),
       cmocka_unit_test(a_program_without_room_for_its_libraries_ends_and_says_so),
