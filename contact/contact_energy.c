@@ -30,15 +30,20 @@ static void measure_row(const thrum_contact_run *run, thrum_contact_row *row) {
   thrum_contact_row_measure(row, moved);
 }
 
-double thrum_contact_measure(thrum_contact_run *run, const double *q) {
+/* The work of the step that was measured [J]. */
+static double work_of_rows(const thrum_contact_run *run) {
   double work = 0.0;
+  for (int64_t n = 0; n < run->contact->row_count; n++)
+    work += run->view.rows[n].work + run->view.rows[n].rubbed;
+  return work;
+}
+
+double thrum_contact_measure(thrum_contact_run *run, const double *q) {
   for (int32_t i = 0; i < run->contact->rank; i++)
     run->view.made[i] = q[i] - run->view.q[i];
-  for (int64_t n = 0; n < run->contact->row_count; n++) {
+  for (int64_t n = 0; n < run->contact->row_count; n++)
     measure_row(run, run->view.rows + n);
-    work += run->view.rows[n].work + run->view.rows[n].rubbed;
-  }
-  return work;
+  return work_of_rows(run);
 }
 
 double thrum_contact_flow(const thrum_contact_run *run) {
@@ -95,9 +100,9 @@ thrum_status thrum_contact_beyond(thrum_error *error) {
                          "touch or with the body as a whole: it flies apart; use a shorter step");
 }
 
-void thrum_contact_settle(thrum_contact_run *run, const double *q) {
+void thrum_contact_settle(thrum_contact_run *run) {
   thrum_contact *contact = run->contact;
-  const double granted = granted_now(run), work = thrum_contact_measure(run, q);
+  const double granted = granted_now(run), work = work_of_rows(run);
   const thrum_row_list list = thrum_rows_of(run);
   const double stored = thrum_rows_keep_stored(&list);
 

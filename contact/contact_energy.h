@@ -21,8 +21,8 @@ bool thrum_contact_counts(const thrum_contact_run *run);
 /* The failure of a body whose energies cannot. */
 thrum_status thrum_contact_beyond(thrum_error *error);
 
-/* Measures the step that was made, books its energy and keeps the touches for the
+/* Books the energy of the step that thrum_contact_measure measured, and keeps the touches for the
  * next step. */
-void thrum_contact_settle(thrum_contact_run *run, const double *q);
+void thrum_contact_settle(thrum_contact_run *run);
 
 #endif

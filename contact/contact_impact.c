@@ -33,6 +33,8 @@
 #define TOLERANCE 1e-10 /* of the fastest approach: sweeps end that change velocities less */
 #define ROUNDING 1e-3   /* of all impulses, by which they may be cut so that they add no energy */
 
+#define FAINT 1e-3 /* of the speed that loads add to either body: slower approaches are rest */
+
 #define HALVINGS 4 /* of the friction of an impact that would add energy, before it has none */
 
 /* The law that a solve of an impact follows. */
@@ -152,19 +154,19 @@ static void respond(const thrum_contact_run *body, const double arm[3], const do
     out[axis] += body->impact.inverse_mass * impulse[axis] + moved[axis];
 }
 
-/* How far the first place moves against the second in the step, by the bodies as a whole and their
- * pulls. */
-static void way_of(const thrum_impact_place *at, double h, double out[3]) {
-  for (int axis = 0; axis < 3; axis++)
-    out[axis] = -h * at->velocity[axis];
-  for (int side = 0; side < 2 && at->bodies[side] != NULL; side++) {
-    const thrum_contact_run *body = at->bodies[side];
-    const double sign = side == 0 ? 1.0 : -1.0;
-    double turned[3];
-    thrum_cross3(body->turned, at->arms[side], turned);
-    for (int axis = 0; axis < 3; axis++)
-      out[axis] += sign * (body->moved[axis] + turned[axis]);
+/* How fast one side of a place moves along the normal as the step starts [m/s], and how far it goes
+ * so in the step [m], by its body as a whole and its pulls. */
+static double speed_of(const thrum_impact_place *at, int side, double *way) {
+  const thrum_contact_run *body = at->bodies[side];
+  double spun[3], turned[3];
+  thrum_cross3(body->impact.spin, at->arms[side], spun);
+  thrum_cross3(body->turned, at->arms[side], turned);
+  for (int axis = 0; axis < 3; axis++) {
+    spun[axis] += body->impact.velocity[axis];
+    turned[axis] += body->moved[axis];
   }
+  *way = thrum_dot3(turned, at->row->touch.normal);
+  return thrum_dot3(spun, at->row->touch.normal);
 }
 
 /* Are both bodies near-rigid at this speed, without a spring between them that was asked for? */
@@ -176,29 +178,37 @@ static bool is_rigid(const thrum_impact_place *at, double speed) {
 }
 
 /* How fast the places of a row move apart along its normal as the step starts [m/s]; *way: how far
- * they do so in the step, by the bodies as a whole and their pulls [m]. */
-static double speed_apart(const thrum_impact_place *at, double *way) {
-  double velocity[3], moved[3];
-  thrum_impact_velocity(at, velocity);
-  way_of(at, at->bodies[0]->dt, moved);
-  *way = thrum_dot3(moved, at->row->touch.normal);
-  return thrum_dot3(velocity, at->row->touch.normal);
+ * they do so in the step [m]; *pressed: what the loads on either body add to its own speed [m/s].
+ */
+static double speed_apart(const thrum_impact_place *at, double *way, double *pressed) {
+  const double h = at->bodies[0]->dt;
+  double speed = -thrum_dot3(at->velocity, at->row->touch.normal);
+  *way = h * speed;
+  *pressed = 0.0;
+  for (int side = 0; side < 2 && at->bodies[side] != NULL; side++) {
+    double goes;
+    const double of = speed_of(at, side, &goes), sign = side == 0 ? 1.0 : -1.0;
+    speed += sign * of;
+    *way += sign * goes;
+    *pressed = fmax(*pressed, 2.0 * fabs(of - goes / h));
+  }
+  return speed;
 }
 
 /* The time from the start of the step at which a row strikes, which may be after its end; INFINITY
  * where it does not. */
 static double time_of(const thrum_impact_place *at) {
   const double h = at->bodies[0]->dt, gap = at->row->gap;
-  double way;
-  const double speed = speed_apart(at, &way);
+  double way, pressed;
+  const double speed = speed_apart(at, &way, &pressed);
 
-  // what the load adds is no impact (thrum_contact_row_approach)
+  // what the load adds is no impact, nor what is left of an approach where bodies lie on each other
   const double gained = 2.0 * (speed - way / h);
   double settling = at->bodies[0]->settling;
   if (at->bodies[1] != NULL)
     settling = fmax(settling, at->bodies[1]->settling);
-  const bool rests = !(-speed > thrum_contact_resting(gained, h, settling));
-  if (!(speed < 0.0) || rests || !is_rigid(at, -speed))
+  const double slow = fmax(thrum_contact_resting(gained, h, settling), FAINT * pressed);
+  if (!(speed < 0.0) || !(-speed > slow) || !is_rigid(at, -speed))
     return INFINITY;
 
   // gap + speed t - gained/h t^2/2 = 0
@@ -239,8 +249,8 @@ static double mark_strikes(const thrum_impact_rows *rows, double *fastest) {
  * way, and not at this time. */
 static double gap_at(const thrum_impact_place *at, double time) {
   const double h = at->bodies[0]->dt, share = time / h;
-  double way;
-  const double speed = speed_apart(at, &way);
+  double way, pressed;
+  const double speed = speed_apart(at, &way, &pressed);
   return at->row->gap + time * speed + share * share * (way - h * speed);
 }
 

@@ -212,7 +212,7 @@ bool thrum_contact_finish(thrum_contact_run *run) {
   const double lost = run->contact->lost;
   memcpy(run->moved, run->contact->moved, sizeof run->moved);
   memcpy(run->turned, run->contact->turned, sizeof run->turned);
-  thrum_contact_settle(run, thrum_state_view_of(run->state).q);
+  thrum_contact_settle(run);
   const bool calmed = rests(run);
   if (calmed)
     run->contact->impact += thrum_contact_calm(run);

@@ -485,6 +485,54 @@ static void what_is_laid_down_lies_still(void **context) {
   shape_free(&slab);
 }
 
+/* Bodies that lie on each other approach by what a solve leaves, which is no impact: in the end
+ * none is struck, and each bears what is above it. */
+static void a_stack_at_rest_is_struck_no_more(void **context) {
+  (void)context;
+  enum { COUNT = 3, STEPS = 2000, LAST = 250 };
+  const double gravity[3] = {0, 0, -GRAVITY}, gap = 1e-5 + SIDE * sqrt(3) / 250;
+  const thrum_contact_pairs_def pairs = thrum_default_contact_pairs_def();
+  const thrum_obstacle plane = thrum_default_obstacle();
+  shape cube = shape_make("beam:2x2x2@0.1x0.1x0.1,split=6", NULL);
+  thrum_scene *scene = NULL;
+  MUST(thrum_scene_create(0.002, &scene, &failure));
+  MUST(thrum_scene_set_gravity(scene, gravity, &failure));
+  MUST(thrum_scene_set_collisions(scene, &pairs, &failure));
+  MUST(thrum_scene_add_obstacle(scene, &plane, NULL, &failure));
+  for (int n = 0; n < COUNT; n++) {
+    thrum_scene_body_def def = def_of(&cube, 1e7);
+    def.free = 1;
+    def.position[2] = 0.5 * SIDE + n * (SIDE + gap);
+    def.state.damping_alpha = 2;
+    MUST(thrum_scene_add_body(scene, &def, NULL, &failure));
+  }
+
+  // what strikes after most of the time, and the mean force from below
+  int64_t before = 0;
+  double borne[COUNT] = {0};
+  thrum_scene_body_info info;
+  for (int n = 0; n < STEPS; n++) {
+    MUST(thrum_scene_step(scene, &failure));
+    if (n == STEPS - LAST - 1)
+      before = thrum_scene_collisions(scene).impacts;
+    for (int32_t b = 0; b < COUNT && n >= STEPS - LAST; b++) {
+      double force[3];
+      const thrum_scene_thing below = {b > 0 ? THRUM_SCENE_BODY : THRUM_SCENE_OBSTACLE,
+                                       b > 0 ? b - 1 : 0};
+      MUST(thrum_scene_contact_force(scene, b, below, force, &failure));
+      borne[b] += force[2] / LAST;
+    }
+  }
+  MUST(thrum_scene_body(scene, 0, &info, &failure));
+  for (int b = 0; b < COUNT; b++) {
+    print_message("cube %d bears %.6f weights\n", b, borne[b] / (info.mass * GRAVITY));
+    assert_close(borne[b], (COUNT - b) * info.mass * GRAVITY, 1e-3);
+  }
+  assert_int_equal(thrum_scene_collisions(scene).impacts, before);
+  thrum_scene_destroy(scene);
+  shape_free(&cube);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_soft_ball_rests_at_the_same_height_at_any_step),
@@ -493,6 +541,7 @@ int main(void) {
       cmocka_unit_test(a_force_of_nothing_in_the_scene_is_refused),
       cmocka_unit_test(a_cube_slides_above_the_angle_of_friction_alone),
       cmocka_unit_test(what_is_laid_down_lies_still),
+      cmocka_unit_test(a_stack_at_rest_is_struck_no_more),
   };
   return cmocka_run_group_tests(tests, setup, touching_body_teardown);
 }
