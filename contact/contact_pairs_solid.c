@@ -61,8 +61,10 @@ void thrum_pairs_open_solid(thrum_pairs_run *run, int64_t member, double dt) {
 thrum_skin_bound thrum_pairs_solid_bound(const thrum_contact_member *member) {
   const thrum_contact_solid *solid = member->solid;
   const thrum_skin_node *root = thrum_skin_view_of(member->skin).nodes;
-  thrum_skin_bound bound = {{0}, root->radius, 0.0};
+  thrum_skin_bound bound = {.radius = root->radius};
   double way[3], turn[3];
+  memcpy(bound.axes, solid->now.axes, sizeof bound.axes);
+  memcpy(bound.half, member->skin->half, sizeof bound.half);
   thrum_apply3(solid->now.axes, root->middle, bound.middle);
   for (int axis = 0; axis < 3; axis++)
     bound.middle[axis] += solid->now.origin[axis];

@@ -42,7 +42,7 @@
 #define CLOSING 0.5     /* share that a correction leaves at most; else the steps are not exact */
 #define WAKES_MAX 3     /* solves after which all candidates that wait have rows */
 #define MISSED 0.25 /* thicknesses by which a solve may move a body further before a new search */
-#define REACH 1.01  /* of two radii within which bodies meet: what is left is for rounding */
+#define REACH 1.01  /* of two radii within which bodies meet: what is left is for the thickness */
 
 /* The first attempt, shifted ones, one without release, one without contact. */
 enum { ATTEMPT_FIRST = 0, ATTEMPT_RELEASED = 4, ATTEMPT_WITHOUT = 5 };
@@ -55,7 +55,6 @@ void thrum_contact_pairs_begin(thrum_contact_pairs *pairs) {
                    view.sorting);
   for (int64_t n = 0; n < pairs->history.touch_count; n++)
     view.before[n] = view.touches[view.order[n]];
-  memset(view.taken, 0, (size_t)pairs->touch_max * sizeof *view.taken);
 
   // what the springs hold is booked again by the groups that have them
   pairs->history.before_count = pairs->history.touch_count;
@@ -79,8 +78,10 @@ thrum_skin_bound thrum_contact_member_bound(const thrum_contact_member *member) 
   const thrum_state_view state = thrum_state_view_of(member->state);
   const thrum_placement now = thrum_placement_now(environment->placement, environment->rigid_frame,
                                                   translation ? translation->position : NULL);
-  thrum_skin_bound bound = {{0}, view.nodes[0].radius, 0.0};
+  thrum_skin_bound bound = {.radius = view.nodes[0].radius};
   const double h = member->state->def.dt;
+  memcpy(bound.axes, now.axes, sizeof bound.axes);
+  memcpy(bound.half, member->skin->half, sizeof bound.half);
   thrum_apply3(now.axes, view.nodes[0].middle, bound.middle);
   for (int axis = 0; axis < 3; axis++)
     bound.middle[axis] += now.origin[axis];
@@ -88,9 +89,11 @@ thrum_skin_bound thrum_contact_member_bound(const thrum_contact_member *member) 
   // the deformation, and how far it can go: as far back as it is, and what speed and load add
   for (int64_t i = 0; i < member->skin->rank; i++) {
     const double load = environment->load ? fabs(environment->load[i]) : 0.0;
-    bound.radius += view.extents[i] * fabs(state.q[i]);
+    bound.deformed += view.extents[i] * fabs(state.q[i]);
     bound.motion += view.extents[i] * (2.0 * fabs(state.q[i]) + h * (fabs(state.p[i]) + h * load));
   }
+
+  bound.radius += bound.deformed;
 
   // the body as a whole
   if (translation) {
@@ -109,13 +112,40 @@ thrum_skin_bound thrum_contact_member_bound(const thrum_contact_member *member) 
   return bound;
 }
 
+/* How far a body reaches from its middle along a direction [m], where it is not deformed. */
+static double reach_along(const thrum_skin_bound *bound, const double direction[3]) {
+  double reach = 0.0, along[3];
+  thrum_apply3_transposed(bound->axes, direction, along);
+  for (int axis = 0; axis < 3; axis++)
+    reach += bound->half[axis] * fabs(along[axis]);
+  return reach;
+}
+
+/* Are the boxes further apart than `reach` along one of the axes of the first? */
+static bool are_apart(const thrum_skin_bound *a, const thrum_skin_bound *b, const double apart[3],
+                      double reach) {
+  for (int axis = 0; axis < 3; axis++) {
+    const double along[3] = {a->axes[axis], a->axes[3 + axis], a->axes[6 + axis]};
+    const double length = sqrt(thrum_dot3(along, along));
+    if (fabs(thrum_dot3(apart, along)) >
+        reach_along(a, along) + reach_along(b, along) + reach * length)
+      return true;
+  }
+  return false;
+}
+
 int32_t thrum_contact_pairs_near(const thrum_skin_bound *a, const thrum_skin_bound *b) {
   double apart[3];
   thrum_subtract3(a->middle, b->middle, apart);
   // a body that is struck moves at up to twice the speed of what strikes it
-  const double motion = fmax(a->motion, b->motion);
-  const double reach = REACH * (a->radius + b->radius) + a->motion + b->motion + 2.0 * motion;
-  return thrum_dot3(apart, apart) <= reach * reach;
+  const double motion = a->motion + b->motion + 2.0 * fmax(a->motion, b->motion);
+  const double radii = a->radius + b->radius, reach = REACH * radii + motion;
+  if (!(thrum_dot3(apart, apart) <= reach * reach))
+    return 0;
+
+  // what lies side by side
+  const double beyond = (REACH - 1.0) * radii + motion + a->deformed + b->deformed;
+  return !are_apart(a, b, apart, beyond) && !are_apart(b, a, apart, beyond);
 }
 
 /* --- opening ---------------------------------------------------------------------------------- */

@@ -432,6 +432,8 @@ thrum_status thrum_skin_init(void *memory, size_t memory_size, const thrum_model
   make_rings(skin);
   share_vertices(skin, view.heads);
   make_node(skin, &view, 0, 0, triangle_count);
+  for (int64_t n = 0; n < 3 * skin->vertex_count; n++)
+    skin->half[n % 3] = fmax(skin->half[n % 3], fabs(view.rest[n] - view.nodes[0].middle[n % 3]));
   fill_areas(skin, &view);
   fill_extents(skin, &view);
   fill_bends(skin, &view);

@@ -50,6 +50,7 @@ struct thrum_skin {
   int64_t own_known; /* 1: thrum_skin_prepare_own has filled own_gaps */
   uint64_t seal;     /* tells it from other skins: a checksum of what init has made */
   double diagonal;   /* of the box at rest [m] */
+  double half[3];    /* how far any vertex is from the middle of the first node at rest [m] */
   double young;      /* largest Young's modulus of the model [Pa] */
 };
 

@@ -11,6 +11,8 @@
 
 #include "scene/scene_pairs.h"
 
+#include <math.h>
+
 #include "scene/scene_contact.h"
 #include "scene/scene_free_body.h"
 #include "scene/scene_link.h"
@@ -102,6 +104,24 @@ static void join(const thrum_scene *scene) {
       unite(pairs->group, scene->links[n].body, scene->links[n].other);
 }
 
+/* What is struck goes on as fast as what strikes it, so all bodies of a group move as far as the
+ * fastest of them may; true where that is further than it was for one. */
+static bool hurry(const thrum_scene *scene) {
+  const scene_pairs *pairs = &scene->pairs;
+  bool further = false;
+  for (int pass = 0; pass < 2; pass++)
+    for (int32_t n = 0; n < scene->body_count; n++) {
+      if (pairs->group[n] < 0)
+        continue;
+      const int32_t first = root(pairs->group, n);
+      double *of = &pairs->bounds[pass == 0 ? first : n].motion;
+      const double other = pairs->bounds[pass == 0 ? n : first].motion;
+      further = further || (pass == 1 && other > *of);
+      *of = fmax(*of, other);
+    }
+  return further;
+}
+
 /* Does a link of this step hold the body? */
 static bool is_linked(const thrum_scene *scene, int32_t number) {
   bool any = false;
@@ -146,9 +166,12 @@ void scene_pairs_find(thrum_scene *scene) {
       continue;
     fill_member(scene, n, pairs->members + n);
     pairs->bounds[n] = thrum_contact_member_bound(pairs->members + n);
+    pairs->bounds[n].motion += pairs->def.thickness;
   }
-  sort(pairs);
-  join(scene);
+  do {
+    sort(pairs);
+    join(scene);
+  } while (hurry(scene));
 
   // a body alone has no group, unless it may touch itself, a solid is near, or the world is linked
   // to it

@@ -226,10 +226,13 @@ THRUM_API thrum_status thrum_contact_pairs_step_beside(
 THRUM_API void thrum_contact_pairs_gather(thrum_contact_pairs *pairs,
                                           const thrum_contact_group *groups, int64_t count);
 
-/* Two spheres about a body's surface: middle [m] and radius [m] now, and how far it may move in
- * the step to come [m]; what thrum_contact_pairs_near needs. */
+/* What holds a body's surface: a sphere, middle [m] and radius [m], and about its middle the box
+ * with these half sides at rest [m], along the columns of `axes`, that it is deformed out of by at
+ * most `deformed` [m]; and how far any of it may move in the step to come [m].
+ * thrum_contact_pairs_near needs it. */
 typedef struct thrum_skin_bound {
   double middle[3], radius, motion;
+  double axes[9], half[3], deformed;
 } thrum_skin_bound;
 
 /* The bound of a member; it evaluates no vertex. */

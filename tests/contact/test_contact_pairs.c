@@ -556,6 +556,72 @@ static void a_place_that_wakes_leaves_the_ceilings_of_others(void **context) {
   assert_true(row->ceiling == ceiling);
 }
 
+/* The bound of the tetrahedron turned by an angle about an axis through its first corner, at x. */
+static thrum_skin_bound bound_of(const fixture *f, const double x[3], int axis, double angle,
+                                 double way, double axes[9]) {
+  const int a = (axis + 1) % 3, b = (axis + 2) % 3;
+  memset(axes, 0, 9 * sizeof *axes);
+  axes[4 * axis] = 1;
+  axes[4 * a] = axes[4 * b] = cos(angle);
+  axes[3 * a + b] = -sin(angle);
+  axes[3 * b + a] = sin(angle);
+  thrum_contact_solid solid = {.friction = 0};
+  memcpy(solid.now.axes, axes, 9 * sizeof *axes);
+  memcpy(solid.now.origin, x, 3 * sizeof *x);
+  solid.next = solid.now;
+  solid.next.origin[0] += way;
+  const thrum_contact_member member = {.skin = f->skin, .solid = &solid};
+  return thrum_contact_member_bound(&member);
+}
+
+/* Bodies that are not near are further apart than the default thickness, however they lie; those
+ * side by side are not near, unless one of them moves. */
+static void what_is_not_near_does_not_touch(void **context) {
+  const fixture *f = *context;
+  enum { DRAWS = 3000 };
+  double axes[2][9], at[3], least = INFINITY;
+  const double none[3] = {0, 0, 0}, beside[3] = {1.1, 0, 0};
+  const thrum_skin_bound first = bound_of(f, none, 0, 0, 0, axes[0]);
+  const thrum_skin_bound still = bound_of(f, beside, 0, 0, 0, axes[1]);
+  const thrum_skin_bound moves = bound_of(f, beside, 0, 0, -0.1, axes[1]);
+  assert_false(thrum_contact_pairs_near(&first, &still));
+  assert_true(thrum_contact_pairs_near(&first, &moves));
+
+  // distances of points of both that are drawn
+  unsigned seed = 5;
+  int apart = 0;
+  for (int n = 0; n < DRAWS; n++) {
+    double draw[6];
+    for (int k = 0; k < 6; k++) {
+      seed = 1664525 * seed + 1013904223;
+      draw[k] = (double)(seed >> 8) / (1 << 24) - 0.5;
+    }
+    const double x[3] = {3 * draw[0], 3 * draw[1], 3 * draw[2]};
+    const thrum_skin_bound a = bound_of(f, none, n % 3, 6 * draw[3], 0, axes[0]);
+    const thrum_skin_bound b = bound_of(f, x, n / 3 % 3, 6 * draw[4], 0, axes[1]);
+    if (thrum_contact_pairs_near(&a, &b))
+      continue;
+    apart++;
+    for (int p = 0; p < 16; p++) {
+      double from[3], to[3];
+      for (int axis = 0; axis < 3; axis++) {
+        const double u = 0.5 * (corners[3 * (p % 4) + axis] + corners[3 * (n % 4) + axis]);
+        const double v = 0.5 * (corners[3 * (p / 4) + axis] + corners[3 * (n / 4 % 4) + axis]);
+        from[axis] = u;
+        to[axis] = v;
+      }
+      thrum_apply3(axes[0], from, at);
+      thrum_apply3(axes[1], to, from);
+      for (int axis = 0; axis < 3; axis++)
+        at[axis] -= from[axis] + x[axis];
+      least = fmin(least, sqrt(thrum_dot3(at, at)));
+    }
+  }
+  print_message("%d of %d apart, by %.4f at least\n", apart, DRAWS, least);
+  assert_in_range(apart, DRAWS / 4, DRAWS);
+  assert_true(least > 0.004 * f->skin->diagonal);
+}
+
 #define TEST(name) cmocka_unit_test_setup_teardown(name, setup, teardown)
 
 int main(void) {
@@ -570,6 +636,7 @@ int main(void) {
       TEST(counts_and_numbers_of_a_copy_have_their_range),
       TEST(each_number_of_a_touch_of_a_copy_is_looked_at),
       TEST(the_body_that_flies_apart_is_the_one_that_fails),
+      TEST(what_is_not_near_does_not_touch),
       TEST(a_place_that_wakes_leaves_the_ceilings_of_others),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
