@@ -67,14 +67,16 @@ static thrum_status open_beam(const char *path, beam *b, thrum_error *error) {
   const int32_t *tip;
   int64_t tip_count;
   thrum_state_def def = thrum_default_state_def();
+  thrum_tape_def tape_def = thrum_default_tape_def();
   def.dt = dt;
+  tape_def.steps = STEPS;
   thrum_status status = thrum_model_load(path, &b->model, error);
   if (status >= 0)
     status = thrum_model_group(b->model, "tip", &tip, &tip_count, error);
   if (status >= 0)
     status = thrum_state_create(b->model, &def, &b->state, error);
   if (status >= 0)
-    status = thrum_tape_create(b->model, STEPS, &b->tape, error);
+    status = thrum_tape_create(b->model, &tape_def, &b->tape, error);
   if (status < 0)
     return status;
 

@@ -240,7 +240,10 @@ static void add_slope(const thrum_linear_step *step, const thrum_energy_part *pa
 static double part_force(const thrum_linear_step *step, const thrum_energy_part *part,
                          const double *q, double *force) {
   const int64_t n = step->rank;
-  double energy = thrum_internal_force(part->form, q, force, step->work);
+  double energy = 0.0;
+  memset(force, 0, (size_t)n * sizeof *force);
+  if (part->form)
+    energy = thrum_internal_force(part->form, q, force, step->work);
   for (int64_t i = 0; i < n; i++) {
     const double linear = dot(part->linear + i * n, q, n);
     force[i] += linear;

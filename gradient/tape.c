@@ -1,16 +1,21 @@
 /* A tape: its memory, and the steps that it records (thrum/gradient.h).
  *
  * A tape keeps q and p at the ends of its steps and the force of each, and beside them the few
- * matrices that a pass over it works in.
+ * matrices that a pass over it works in. With checkpoints it keeps the state at the start of each
+ * segment of steps, and the rows of one segment. The others are stepped again, from the bytes of
+ * the state that was there, so that they have the same bits.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include "core/base/fp_contract.h"
 
+#include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "core/base/alignment_check.h"
+#include "core/base/def.h"
 #include "gradient/tape_private.h"
+#include "thrum/condensed_model.h"
 #include "thrum/polynomial.h"
 
 #define MAGIC UINT64_C(0x7468726d74617065)
@@ -18,122 +23,168 @@
 
 /* --- memory ----------------------------------------------------------------------------------- */
 
-static thrum_status check_sizes(const thrum_model *model, int64_t steps, thrum_error *error) {
+void thrum_tape_def_init(thrum_tape_def *def, size_t size) {
+  const thrum_tape_def defaults = {.cookie = sizeof(thrum_tape_def), .steps = 1};
+  thrum_def_fill(def, size, &defaults, sizeof defaults);
+}
+
+/* Steps of a segment. */
+static int64_t segment_length(const thrum_tape_def *def) {
+  const int64_t segments = def->checkpoints > 0 ? def->checkpoints : 1;
+  return def->steps / segments + (def->steps % segments > 0 ? 1 : 0);
+}
+
+/* Bytes of a checkpoint: the q before it, and what persists of the state. */
+static size_t kept_size(const thrum_model *model, const thrum_state *state) {
+  return thrum_round_up((size_t)model->rank * sizeof(double)) +
+         thrum_round_up(thrum_state_kept_bytes(state));
+}
+
+static thrum_status check_def(const thrum_model *model, const thrum_tape_def *def,
+                              thrum_error *error) {
   if (!model)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "the model is NULL");
+  if (!def || !thrum_def_fits(def->cookie, sizeof *def))
+    return thrum_error_set(error, THRUM_UNINITIALISED_DEF,
+                           "the def was not made by thrum_tape_def_init");
   if (model->rank < 1 || model->rank > THRUM_RANK_MAX)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "the model's rank is %lld, not 1 to %d",
                            (long long)model->rank, THRUM_RANK_MAX);
-  if (steps < 1)
+  if (def->steps < 1)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
-                           "a tape of %lld steps: it needs 1 or more", (long long)steps);
-  const uint64_t each = 5 * (uint64_t)model->rank * sizeof(double);
-  if ((uint64_t)steps >= BYTES_MOST / each)
+                           "a tape of %lld steps: it needs 1 or more", (long long)def->steps);
+  if (def->checkpoints < 0 || (def->checkpoints > 0 && !def->state))
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "%lld checkpoints: they are 0 or more, and need the state",
+                           (long long)def->checkpoints);
+
+  // what grows with the steps, and with the checkpoints
+  const int64_t width = thrum_condensed_shape_model(model)->rank;
+  const uint64_t each = (uint64_t)(2 * model->rank + width + 1) * sizeof(double);
+  const uint64_t kept = def->checkpoints > 0 ? kept_size(model, def->state) : 1;
+  if ((uint64_t)segment_length(def) >= BYTES_MOST / each ||
+      (uint64_t)def->checkpoints >= BYTES_MOST / kept)
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY,
                            "a tape of %lld steps needs more memory than this machine can address",
-                           (long long)steps);
+                           (long long)def->steps);
   return THRUM_OK;
 }
 
-/* The arrays of a tape behind its header; with NULL they are only counted. Returns their end. */
-static size_t lay(thrum_tape *tape, const thrum_model *model, int64_t steps,
-                  unsigned char *memory) {
-  const size_t r = (size_t)model->rank, points = (size_t)steps + 1;
-  thrum_linear_step *s = &tape->step;
-  struct {
-    double **array;
-    size_t count;
-  } const arrays[] = {{&tape->kappa, r},
-                      {&tape->nu, r},
-                      {&tape->damping, r},
-                      {&tape->q, points * r},
-                      {&tape->p, points * r},
-                      {&tape->force, points * r},
-                      {&tape->force_bar, points * r},
-                      {&tape->end_q, r},
-                      {&tape->end_p, r},
-                      {&s->start.force, r},
-                      {&s->start.tangent, r * r},
-                      {&s->end.force, r},
-                      {&s->end.tangent, r * r},
-                      {&s->middle.force, r},
-                      {&s->middle.tangent, r * r},
-                      {&s->jacobian, r * r},
-                      {&s->work, thrum_work_count(model)},
-                      {&s->kept, r},
-                      {&s->d, r},
-                      {&s->mean, r},
-                      {&s->sigma_d, r},
-                      {&s->sigma_q, r},
-                      {&s->w, r},
-                      {&s->x, r},
-                      {&s->y, r},
-                      {&s->slope_kappa, r * r},
-                      {&s->slope_kappa_square, r * r},
-                      {&s->slope_damped, r * r},
-                      {&s->slope_damping, r * r},
-                      {&s->part_start, r},
-                      {&s->part_middle, r},
-                      {&s->part_end, r},
-                      {&s->part_kappa, r},
-                      {&s->part_y, r},
-                      {&tape->change[0], r},
-                      {&tape->change[1], r},
-                      {&tape->change[2], r},
-                      {&tape->change[3], r},
-                      {&tape->change[4], r},
-                      {&tape->change[5], r}};
+/* The arrays of a tape, by where it points to them: of rank, of width and of rank x rank. */
+#define AT(member) offsetof(thrum_tape, member)
+static const size_t vectors[] = {
+    AT(kappa),          AT(nu),           AT(damping),         AT(start_q),
+    AT(start_p),        AT(end_q),        AT(end_p),           AT(step.start.force),
+    AT(step.end.force), AT(step.kept),    AT(step.d),          AT(step.middle.force),
+    AT(step.mean),      AT(step.sigma_d), AT(step.sigma_q),    AT(step.w),
+    AT(step.x),         AT(step.y),       AT(step.part_y),     AT(step.part_start),
+    AT(step.part_end),  AT(change[0]),    AT(step.part_kappa), AT(step.part_middle),
+    AT(change[1]),      AT(change[2]),    AT(change[3]),       AT(change[4]),
+    AT(change[5]),      AT(change[6]),    AT(before_q)};
+static const size_t wides[] = {AT(none), AT(wide[0]), AT(wide[1])};
+static const size_t matrices[] = {AT(step.start.tangent),  AT(step.end.tangent),
+                                  AT(step.middle.tangent), AT(step.jacobian),
+                                  AT(step.slope_kappa),    AT(step.slope_kappa_square),
+                                  AT(step.slope_damped),   AT(step.slope_damping)};
+#define COUNT(list) (sizeof(list) / sizeof(list)[0])
 
-  size_t at = thrum_round_up(sizeof *tape);
-  for (size_t n = 0; n < sizeof arrays / sizeof arrays[0]; n++) {
-    *arrays[n].array = memory ? (double *)(void *)(memory + at) : NULL;
-    at += thrum_round_up(arrays[n].count * sizeof(double));
-  }
-  tape->form = memory ? (int32_t *)(void *)(memory + at) : NULL;
-  at += thrum_round_up(points * sizeof(int32_t));
-  s->rows = memory ? (int32_t *)(void *)(memory + at) : NULL;
-  return at + thrum_round_up(r * sizeof(int32_t));
+/* Takes `size` bytes, at `memory` or, with NULL, only counted. */
+static unsigned char *cut(unsigned char *memory, size_t size, size_t *at) {
+  unsigned char *taken = memory ? memory + *at : NULL;
+  *at += thrum_round_up(size);
+  return taken;
 }
 
-thrum_status thrum_tape_size(const thrum_model *model, int64_t steps, size_t *size,
+static double *cut_doubles(unsigned char *memory, size_t count, size_t *at) {
+  return (double *)(void *)cut(memory, count * sizeof(double), at);
+}
+
+/* Cuts an array of `doubles` for each pointer of the list. */
+static void cut_list(thrum_tape *tape, const size_t *list, size_t count, size_t doubles,
+                     unsigned char *memory, size_t *at) {
+  for (size_t n = 0; n < count; n++) {
+    double *array = cut_doubles(memory, doubles, at);
+    memcpy((unsigned char *)tape + list[n], &array, sizeof array);
+  }
+}
+
+/* Lays the arrays of a tape behind its header; with NULL they are only counted. Returns their end.
+ */
+static size_t lay(thrum_tape *tape, const thrum_model *model, unsigned char *memory) {
+  const size_t r = (size_t)tape->rank, width = (size_t)tape->width;
+  const size_t length = (size_t)tape->length, checkpoints = (size_t)tape->checkpoints;
+  size_t at = thrum_round_up(sizeof *tape);
+  cut_list(tape, vectors, COUNT(vectors), r, memory, &at);
+  cut_list(tape, wides, COUNT(wides), width, memory, &at);
+  cut_list(tape, matrices, COUNT(matrices), r * r, memory, &at);
+  tape->step.work = cut_doubles(memory, thrum_work_count(model), &at);
+  tape->step.rows = (int32_t *)(void *)cut(memory, r * sizeof(int32_t), &at);
+
+  // the steps
+  tape->q = cut_doubles(memory, (length + 1) * r, &at);
+  tape->p = cut_doubles(memory, (length + 1) * r, &at);
+  tape->force = cut_doubles(memory, checkpoints > 0 ? 0 : length * width, &at);
+  tape->form = (int32_t *)(void *)cut(memory, length * sizeof(int32_t), &at);
+  tape->kept = cut(memory, checkpoints * tape->kept_size, &at);
+  tape->again = (thrum_state *)(void *)cut(memory, tape->state_size, &at);
+  return at;
+}
+
+/* The numbers of a tape by its def. */
+static thrum_tape numbers_of(const thrum_model *model, const thrum_tape_def *def) {
+  const bool kept = def->checkpoints > 0;
+  return (thrum_tape){.magic = MAGIC,
+                      .most = def->steps,
+                      .rank = model->rank,
+                      .width = thrum_condensed_shape_model(model)->rank,
+                      .length = segment_length(def),
+                      .checkpoints = def->checkpoints,
+                      .kept_size = kept ? kept_size(model, def->state) : 0,
+                      .state_size = kept ? thrum_state_bytes(def->state) : 0};
+}
+
+thrum_status thrum_tape_size(const thrum_model *model, const thrum_tape_def *def, size_t *size,
                              thrum_error *error) {
-  THRUM_TRY(check_sizes(model, steps, error));
+  thrum_tape_def own;
+  thrum_tape_def_init(&own, sizeof own);
+  def = thrum_def_whole(def, &own, sizeof own);
+  THRUM_TRY(check_def(model, def, error));
   if (!size)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "size is NULL");
-  thrum_tape counted;
-  *size = lay(&counted, model, steps, NULL);
+  thrum_tape counted = numbers_of(model, def);
+  *size = lay(&counted, model, NULL);
   return THRUM_OK;
 }
 
 thrum_status thrum_tape_init(void *memory, size_t memory_size, const thrum_model *model,
-                             int64_t steps, thrum_tape **tape, thrum_error *error) {
+                             const thrum_tape_def *def, thrum_tape **tape, thrum_error *error) {
   size_t size = 0;
-  THRUM_TRY(thrum_tape_size(model, steps, &size, error));
+  THRUM_TRY(thrum_tape_size(model, def, &size, error));
   if (!memory || !tape)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "memory or tape is NULL");
   THRUM_TRY(thrum_alignment_check("tape", memory, memory_size, size, error));
 
+  thrum_tape_def own;
+  thrum_tape_def_init(&own, sizeof own);
   thrum_tape *made = memory;
-  memset(made, 0, sizeof *made);
-  made->magic = MAGIC;
-  made->most = steps;
-  made->rank = model->rank;
-  lay(made, model, steps, memory);
+  *made = numbers_of(model, thrum_def_whole(def, &own, sizeof own));
+  lay(made, model, memory);
+  memset(made->none, 0, (size_t)made->width * sizeof *made->none);
   *tape = made;
   return THRUM_OK;
 }
 
-thrum_status thrum_tape_create(const thrum_model *model, int64_t steps, thrum_tape **tape,
-                               thrum_error *error) {
+thrum_status thrum_tape_create(const thrum_model *model, const thrum_tape_def *def,
+                               thrum_tape **tape, thrum_error *error) {
   size_t size = 0;
-  THRUM_TRY(thrum_tape_size(model, steps, &size, error));
+  THRUM_TRY(thrum_tape_size(model, def, &size, error));
   if (!tape)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "tape is NULL");
   void *memory = aligned_alloc(THRUM_ALIGNMENT, size);
   if (!memory)
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "a tape of %lld steps needs %zu bytes",
-                           (long long)steps, size);
-  return thrum_tape_init(memory, size, model, steps, tape, error);
+                           (long long)def->steps, size);
+  return thrum_tape_init(memory, size, model, def, tape, error);
 }
 
 void thrum_tape_destroy(thrum_tape *tape) {
@@ -147,7 +198,7 @@ static thrum_status check_made(const thrum_model *model, const thrum_tape *tape,
   if (!model || !tape || tape->magic != MAGIC)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "the model is NULL, or the tape was not made by thrum_tape_init");
-  if (model->rank != tape->rank)
+  if (model->rank != tape->rank || thrum_condensed_shape_model(model)->rank != tape->width)
     return thrum_error_set(error, THRUM_MODEL_MISMATCH,
                            "the tape was made for rank %lld, the model has rank %lld",
                            (long long)tape->rank, (long long)model->rank);
@@ -165,25 +216,71 @@ thrum_status thrum_tape_check(const thrum_model *model, const thrum_tape *tape,
   return THRUM_OK;
 }
 
+/* Can a run of this state be recorded here? Fills the equation. */
+static thrum_status check_state(const thrum_model *model, const thrum_tape *tape,
+                                const thrum_state *state, thrum_step_equation *equation,
+                                thrum_error *error) {
+  THRUM_TRY(check_made(model, tape, error));
+  THRUM_TRY(thrum_step_equation_get(model, state, equation, NULL, NULL, NULL, error));
+  if (model->shape && (equation->damping_beta > 0 || equation->form == THRUM_STEP_VERLET))
+    return thrum_error_set(error, THRUM_UNSUPPORTED,
+                           "of a condensed model steps of verlet, and those with damping_beta, by "
+                           "which what follows drags, have no derivative here");
+  if (tape->checkpoints > 0 &&
+      (kept_size(model, state) != tape->kept_size || thrum_state_bytes(state) != tape->state_size))
+    return thrum_error_set(error, THRUM_MODEL_MISMATCH,
+                           "the state has another size than that of the tape's def");
+  return THRUM_OK;
+}
+
+/* Keeps the state before step `count`, the first of a segment, whose rows begin anew. */
+static void keep_start(thrum_tape *tape, const thrum_state *state) {
+  const int64_t r = tape->rank, rows = tape->count - tape->first;
+  const size_t vector = (size_t)r * sizeof(double);
+  if (rows > 0) {
+    memcpy(tape->before_q, tape->q + (rows - 1) * r, vector);
+    memmove(tape->q, tape->q + rows * r, vector);
+    memmove(tape->p, tape->p + rows * r, vector);
+  }
+  tape->first = tape->count;
+  if (tape->checkpoints == 0)
+    return;
+  unsigned char *kept = tape->kept + (size_t)(tape->count / tape->length) * tape->kept_size;
+  memcpy(kept, tape->before_q, vector);
+  memcpy(kept + thrum_round_up(vector), state, thrum_state_kept_bytes(state));
+}
+
+/* Where the tape ends, as the state keeps it. */
+static void keep_end(thrum_tape *tape, const thrum_step_equation *equation) {
+  const size_t vector = (size_t)tape->rank * sizeof(double);
+  memcpy(tape->end_q, equation->q, vector);
+  memcpy(tape->end_p, equation->p, vector);
+}
+
 thrum_status thrum_tape_start(const thrum_model *model, thrum_tape *tape, thrum_state *state,
                               const double *q, const double *p, thrum_error *error) {
-  THRUM_TRY(check_made(model, tape, error));
   thrum_step_equation equation;
-  THRUM_TRY(thrum_step_equation_get(model, state, &equation, NULL, NULL, NULL, error));
+  THRUM_TRY(check_state(model, tape, state, &equation, error));
   THRUM_TRY(thrum_state_set(model, state, q, p, error));
 
   // the start is as it was given
   const size_t vector = (size_t)tape->rank * sizeof(double);
   thrum_step_equation_get(model, state, &equation, tape->kappa, tape->nu, tape->damping, NULL);
-  thrum_state_get(model, state, tape->end_q, tape->end_p, NULL);
   for (int64_t i = 0; i < tape->rank; i++) {
-    tape->q[i] = q ? q[i] : 0.0;
-    tape->p[i] = p ? p[i] : 0.0;
+    tape->start_q[i] = q ? q[i] : 0.0;
+    tape->start_p[i] = p ? p[i] : 0.0;
   }
-  memset(tape->force, 0, vector);
+  memcpy(tape->q, tape->start_q, vector);
+  memcpy(tape->p, tape->start_p, vector);
+  keep_end(tape, &equation);
   tape->step.equation = equation;
   tape->identity = model->identity;
-  tape->count = 0;
+  tape->count = tape->first = 0;
+  tape->divided = -1;
+  tape->forces = NULL;
+  if (tape->checkpoints > 0)
+    memcpy(tape->again, state, tape->state_size);
+  keep_start(tape, state);
   tape->started = true;
   return THRUM_OK;
 }
@@ -194,16 +291,85 @@ static int64_t divided_steps(const thrum_state *state) {
   return report.substep_steps + report.energy_steps + report.switched_steps;
 }
 
+/* Makes step k from where the state is, and puts its end and its form into their rows. */
+static thrum_status make_step(const thrum_model *model, thrum_tape *tape, thrum_state *state,
+                              int64_t k, const double *force, thrum_error *error) {
+  const int64_t r = tape->rank, row = k - tape->first, divided = divided_steps(state);
+  THRUM_TRY(thrum_state_set_load(model, state, force, error));
+  const thrum_status status = thrum_step(model, state, error);
+  THRUM_TRY(status);
+
+  // where it led, and by which equation
+  thrum_step_equation equation;
+  double *q = tape->q + (row + 1) * r, *p = tape->p + (row + 1) * r;
+  THRUM_TRY(thrum_state_get(model, state, q, p, error));
+  THRUM_TRY(thrum_step_equation_get(model, state, &equation, NULL, NULL, NULL, error));
+  tape->form[row] = (int32_t)equation.form;
+  if (tape->divided < 0 && divided_steps(state) > divided)
+    tape->divided = k;
+  return status;
+}
+
+thrum_status thrum_tape_reach(const thrum_model *model, thrum_tape *tape, int64_t k,
+                              thrum_error *error) {
+  const int64_t segment = k / tape->length, r = tape->rank;
+  if (tape->first == segment * tape->length)
+    return THRUM_OK;
+
+  // from the state that was kept; the start of the run is as it was given
+  const unsigned char *kept = tape->kept + (size_t)segment * tape->kept_size;
+  const size_t vector = (size_t)r * sizeof(double);
+  memcpy(tape->before_q, kept, vector);
+  memcpy(tape->again, kept + thrum_round_up(vector), thrum_state_kept_bytes(tape->again));
+  tape->first = segment * tape->length;
+  THRUM_TRY(thrum_state_get(model, tape->again, tape->q, tape->p, error));
+  if (segment == 0) {
+    memcpy(tape->q, tape->start_q, vector);
+    memcpy(tape->p, tape->start_p, vector);
+  }
+  for (int64_t n = tape->first; n < tape->count && n < tape->first + tape->length; n++) {
+    const double *force = tape->forces ? thrum_tape_force(tape, n) : NULL;
+    THRUM_TRY(make_step(model, tape, tape->again, n, force, error));
+  }
+  return THRUM_OK;
+}
+
+const double *thrum_tape_force(const thrum_tape *tape, int64_t k) {
+  const double *rows = tape->checkpoints > 0 ? tape->forces : tape->force;
+  return k < 0 || !rows ? tape->none : rows + k * tape->width;
+}
+
+void thrum_tape_ahead(const thrum_tape *tape, int64_t k, double *to) {
+  const int64_t r = tape->rank, row = k - tape->first;
+  const double *at = tape->q + row * r, *before = row > 0 ? at - r : tape->before_q;
+  for (int64_t i = 0; i < r; i++)
+    to[i] = k > 0 ? 1.5 * at[i] - 0.5 * before[i] : at[i];
+}
+
 /* Is the state where the tape ends? Another one, or one that was stepped elsewhere, is not. */
-static thrum_status check_place(const thrum_model *model, const thrum_tape *tape,
-                                thrum_state *state, thrum_error *error) {
+static thrum_status check_place(const thrum_tape *tape, const thrum_step_equation *equation,
+                                thrum_error *error) {
   const size_t vector = (size_t)tape->rank * sizeof(double);
-  THRUM_TRY(thrum_state_get(model, state, tape->change[0], tape->change[1], error));
-  if (memcmp(tape->change[0], tape->end_q, vector) != 0 ||
-      memcmp(tape->change[1], tape->end_p, vector) != 0)
+  if (memcmp(equation->q, tape->end_q, vector) != 0 ||
+      memcmp(equation->p, tape->end_p, vector) != 0)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "the state is not where step %lld of the tape ended: a tape has the "
                            "steps of one state, and all of them",
+                           (long long)tape->count);
+  return THRUM_OK;
+}
+
+/* With checkpoints: is the force of the next step the row of the array behind those before? */
+static thrum_status check_row(thrum_tape *tape, const double *force, thrum_error *error) {
+  if (tape->checkpoints == 0)
+    return THRUM_OK;
+  if (tape->count == 0)
+    tape->forces = force;
+  const double *next = tape->forces ? tape->forces + tape->count * tape->width : NULL;
+  if (force != next)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "the force of step %lld does not stand behind that of the step before: "
+                           "a tape with checkpoints reads one array of them again",
                            (long long)tape->count);
   return THRUM_OK;
 }
@@ -220,24 +386,22 @@ thrum_status thrum_tape_step(const thrum_model *model, thrum_tape *tape, thrum_s
     return thrum_error_set(error, THRUM_UNSUPPORTED,
                            "dt was changed from %g to %g s; all steps of a tape have one",
                            tape->step.equation.dt, equation.dt);
+  THRUM_TRY(check_place(tape, &equation, error));
+  THRUM_TRY(check_row(tape, force, error));
 
-  THRUM_TRY(check_place(model, tape, state, error));
-  const int64_t divided = divided_steps(state);
-  THRUM_TRY(thrum_state_set_force(model, state, force, error));
-  const thrum_status status = thrum_step(model, state, error);
+  // a pass may have brought another segment, and the last one may be full
+  if (tape->count > 0)
+    THRUM_TRY(thrum_tape_reach(model, tape, tape->count - 1, error));
+  if (tape->count == tape->first + tape->length)
+    keep_start(tape, state);
+  const thrum_status status = make_step(model, tape, state, tape->count, force, error);
   THRUM_TRY(status);
 
-  // where it led, and by which equation
-  const int64_t r = tape->rank, next = tape->count + 1;
-  THRUM_TRY(thrum_state_get(model, state, tape->q + next * r, tape->p + next * r, error));
-  THRUM_TRY(thrum_step_equation_get(model, state, &equation, NULL, NULL, NULL, error));
-  memcpy(tape->end_q, tape->q + next * r, (size_t)r * sizeof(double));
-  memcpy(tape->end_p, tape->p + next * r, (size_t)r * sizeof(double));
-  for (int64_t i = 0; i < r; i++)
-    tape->force[next * r + i] = force ? force[i] : 0.0;
-  tape->form[tape->count] =
-      divided_steps(state) > divided ? THRUM_TAPE_DIVIDED : (int32_t)equation.form;
-  tape->count = next;
+  keep_end(tape, &equation);
+  double *row = tape->checkpoints > 0 ? NULL : tape->force + tape->count * tape->width;
+  for (int64_t i = 0; row && i < tape->width; i++)
+    row[i] = force ? force[i] : 0.0;
+  tape->count++;
   return status;
 }
 
@@ -250,7 +414,7 @@ thrum_status thrum_tape_run(const thrum_model *model, thrum_tape *tape, thrum_st
   thrum_status worst = THRUM_OK;
   int64_t done = 0;
   while (done < count && worst >= 0) {
-    const double *row = force ? force + done * tape->rank : NULL;
+    const double *row = force ? force + done * tape->width : NULL;
     const thrum_status status = thrum_tape_step(model, tape, state, row, error);
     done += status >= 0 ? 1 : 0;
 
@@ -268,9 +432,9 @@ int64_t thrum_tape_steps(const thrum_tape *tape) {
 }
 
 const double *thrum_tape_q(const thrum_tape *tape) {
-  return tape ? tape->q : NULL;
+  return tape && tape->checkpoints == 0 ? tape->q : NULL;
 }
 
 const double *thrum_tape_p(const thrum_tape *tape) {
-  return tape ? tape->p : NULL;
+  return tape && tape->checkpoints == 0 ? tape->p : NULL;
 }

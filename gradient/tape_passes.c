@@ -1,6 +1,9 @@
 /* Passes over a tape: backward with the derivatives of a loss, forward with a direction (design
  * 22). Each end of a step is evaluated once, as the end of one and the start of the next.
  *
+ * A force f on what follows of a condensed model acts on the masters by J(x)^T f, with x in the
+ * middle of the step. J(x) v = J(v) x, so that all its derivatives are such products.
+ *
  * D of a mode is alpha + beta omega^2 plus what a caller adds to it, and a factor s of the
  * stiffness multiplies omega^2 in it too. A factor of the density divides all forces, in
  * coordinates that stay: its derivative is that of -s and of a factor of the loads with the
@@ -13,15 +16,17 @@
 
 #include "core/base/finite.h"
 #include "gradient/tape_private.h"
+#include "thrum/condensed_model.h"
 
+/* Step k, whose rows are there. */
 static thrum_made_step made_step(const thrum_tape *tape, int64_t k) {
-  const int64_t r = tape->rank;
-  return (thrum_made_step){.q = tape->q + k * r,
-                           .p = tape->p + k * r,
-                           .q_next = tape->q + (k + 1) * r,
-                           .p_next = tape->p + (k + 1) * r,
-                           .force = tape->force + (k + 1) * r,
-                           .force_before = tape->force + k * r};
+  const int64_t r = tape->rank, row = k - tape->first;
+  return (thrum_made_step){.q = tape->q + row * r,
+                           .p = tape->p + row * r,
+                           .q_next = tape->q + (row + 1) * r,
+                           .p_next = tape->p + (row + 1) * r,
+                           .force = thrum_tape_force(tape, k),
+                           .force_before = thrum_tape_force(tape, k - 1)};
 }
 
 /* The scratch of a change; damping is zero. */
@@ -42,15 +47,21 @@ static void take_parts(const thrum_tape_gradient *from, thrum_step_change *chang
 }
 
 static thrum_status check_pass(const thrum_model *model, const thrum_tape *tape,
-                               thrum_error *error) {
+                               const thrum_tape_gradient *gradient, thrum_error *error) {
   THRUM_TRY(thrum_tape_check(model, tape, error));
-  for (int64_t k = 0; k < tape->count; k++)
-    if (tape->form[k] == THRUM_TAPE_DIVIDED)
+  if (!gradient)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "the gradient is NULL");
+  for (int64_t g = 0; model->shape && gradient->parts && g < gradient->part_count; g++)
+    if (gradient->parts[g].mass)
       return thrum_error_set(error, THRUM_UNSUPPORTED,
-                             "step %lld at t = %g s was not solved as it is, but divided into "
-                             "shorter ones, which have no derivative here: lower dt or the load",
-                             (long long)k, (double)k * tape->step.equation.dt);
-  return THRUM_OK;
+                             "part %lld moves mass, and what follows of a condensed model has none",
+                             (long long)g);
+  if (tape->divided < 0)
+    return THRUM_OK;
+  return thrum_error_set(error, THRUM_UNSUPPORTED,
+                         "step %lld at t = %g s was not solved as it is, but divided into shorter "
+                         "ones, which have no derivative here: lower dt or the load",
+                         (long long)tape->divided, (double)tape->divided * tape->step.equation.dt);
 }
 
 /* Makes step k ready to be passed, one of its ends evaluated. */
@@ -59,7 +70,7 @@ static thrum_status enter(thrum_tape *tape, int64_t k, const thrum_made_step *ma
   thrum_linear_step *step = &tape->step;
 
   // both mean forces of `energy` need the same of the ends
-  step->equation.form = (thrum_step_form)tape->form[k];
+  step->equation.form = (thrum_step_form)tape->form[k - tape->first];
   if (backward)
     thrum_linear_step_evaluate(step, made->q, &step->start);
   else
@@ -70,8 +81,9 @@ static thrum_status enter(thrum_tape *tape, int64_t k, const thrum_made_step *ma
                          (long long)k, (double)k * step->equation.dt);
 }
 
-/* The tape's linear step with the model and the arrays of a pass, its first end evaluated. */
-static void begin(const thrum_model *model, thrum_tape *tape, int64_t k, int64_t part_count) {
+/* The tape's linear step with the model and the arrays of a pass, its end at row `row` evaluated;
+ * both mean forces of `energy` need the same there. */
+static void begin(const thrum_model *model, thrum_tape *tape, int64_t row, int64_t part_count) {
   thrum_linear_step *step = &tape->step;
   step->model = model;
   step->rank = tape->rank;
@@ -83,15 +95,58 @@ static void begin(const thrum_model *model, thrum_tape *tape, int64_t k, int64_t
   memset(step->kept, 0, (size_t)step->rank * sizeof *step->kept);
   if (part_count > 0)
     thrum_linear_step_prepare_parts(step);
-  thrum_linear_step_evaluate(step, tape->q + k * tape->rank, &step->start);
+  thrum_linear_step_evaluate(step, tape->q + row * tape->rank, &step->start);
 }
-
-/* --- backward --------------------------------------------------------------------------------- */
 
 static void add(double *to, const double *from, int64_t n) {
   for (int64_t i = 0; from && i < n; i++)
     to[i] += from[i];
 }
+
+/* --- what follows ----------------------------------------------------------------------------- */
+
+/* The force of step k on what follows alone (width, into `to`). */
+static void put_following(const thrum_tape *tape, int64_t k, double *to) {
+  const double *force = thrum_tape_force(tape, k);
+  for (int64_t i = 0; i < tape->width; i++)
+    to[i] = i < tape->rank ? 0.0 : force[i];
+}
+
+/* The derivative by the force on the masters in step k becomes that by the whole force (width, into
+ * `to`), and adds to that by the start of the step; `before` (rank) has that by the start of the
+ * step before, which is added when that one has been passed. */
+static void pull_following(const thrum_model *model, thrum_tape *tape, int64_t k,
+                           thrum_step_change *change, double *before, double *to) {
+  const int64_t r = tape->rank;
+  double *middle = tape->change[5];
+  for (int64_t i = 0; i < r; i++)
+    change->q[i] += before[i];
+  thrum_tape_ahead(tape, k, middle);
+  thrum_condensed_velocity(model, middle, change->force, to);
+  put_following(tape, k, tape->wide[1]);
+  thrum_condensed_load(model, change->force, tape->wide[1], middle);
+  for (int64_t i = 0; i < r; i++) {
+    change->q[i] += (k > 0 ? 1.5 : 1.0) * middle[i];
+    before[i] = k > 0 ? -0.5 * middle[i] : 0.0;
+  }
+}
+
+/* The change of the force on the masters in step k (rank, into `to`) from that of the whole force
+ * (width) and those of q at its start and before. */
+static void push_following(const thrum_model *model, thrum_tape *tape, int64_t k,
+                           const double *force, const double *q, const double *before, double *to) {
+  double *middle = tape->change[6];
+  thrum_tape_ahead(tape, k, middle);
+  thrum_condensed_load(model, middle, force, to);
+  for (int64_t i = 0; i < tape->rank; i++)
+    middle[i] = k > 0 ? 1.5 * q[i] - 0.5 * before[i] : q[i];
+  double *kept = tape->wide[1], *moved = tape->step.x;
+  put_following(tape, k, kept);
+  thrum_condensed_load(model, middle, kept, moved);
+  add(to, moved, tape->rank);
+}
+
+/* --- backward --------------------------------------------------------------------------------- */
 
 /* a M b */
 static double product(const double *a, const double *matrix, const double *b, int64_t n) {
@@ -125,7 +180,7 @@ static bool put_sums(const thrum_model *model, const thrum_tape *tape,
   if (!thrum_all_finite(change->q, r) || !thrum_all_finite(change->p, r) ||
       !thrum_all_finite(change->damping, r) || !thrum_all_finite(sums, 4) ||
       !thrum_all_finite(change->part, change->part_count) ||
-      !thrum_all_finite(tape->force_bar, tape->count * r))
+      (gradient->force && !thrum_all_finite(gradient->force, tape->count * tape->width)))
     return false;
   gradient->alpha = alpha;
   gradient->beta = beta;
@@ -133,8 +188,6 @@ static bool put_sums(const thrum_model *model, const thrum_tape *tape,
   gradient->density = -stiffness - loads;
 
   const size_t vector = (size_t)r * sizeof(double);
-  if (gradient->force)
-    memcpy(gradient->force, tape->force_bar, (size_t)tape->count * vector);
   if (gradient->q)
     memcpy(gradient->q, change->q, vector);
   if (gradient->p)
@@ -144,58 +197,91 @@ static bool put_sums(const thrum_model *model, const thrum_tape *tape,
   return true;
 }
 
+/* The derivatives by q and p at the end of step k have what is seen of them there. */
+static void add_seen(const thrum_tape *tape, const double *q_bar, const double *p_bar,
+                     const thrum_made_step *made, int64_t k, thrum_step_change *change) {
+  const int64_t r = tape->rank;
+  const double *q = q_bar ? q_bar + (k + 1) * r : NULL, *p = p_bar ? p_bar + (k + 1) * r : NULL;
+  add(change->q, q, r);
+  add(change->p, p, r);
+  add_moved(change, -0.5, q, made->q_next, r);
+  add_moved(change, -0.5, p, made->p_next, r);
+}
+
+/* From the end of the run, where nothing has followed, to its start; *loads: a factor of all
+ * forces. */
+static thrum_status pull_all(const thrum_model *model, thrum_tape *tape, const double *q_bar,
+                             const double *p_bar, double *force_bar, thrum_step_change *change,
+                             double *loads, thrum_error *error) {
+  const int64_t r = tape->rank, width = tape->width;
+  const size_t vector = (size_t)r * sizeof(double);
+  double *before = tape->change[model->shape ? 6 : 5];
+  memset(before, 0, vector);
+  for (int64_t k = tape->count - 1; k >= 0; k--) {
+    THRUM_TRY(thrum_tape_reach(model, tape, k, error));
+    const thrum_made_step made = made_step(tape, k);
+    double *force = force_bar ? force_bar + k * width : tape->wide[0];
+    add_seen(tape, q_bar, p_bar, &made, k, change);
+    thrum_linear_step_turn(&tape->step);
+    THRUM_TRY(enter(tape, k, &made, true, error));
+    thrum_linear_step_pull(&tape->step, &made, change);
+
+    // the force of this step, also as the one before the next
+    if (model->shape) {
+      pull_following(model, tape, k, change, before, force);
+    } else {
+      add(change->force, before, r);
+      memcpy(before, change->force_before, vector);
+      add_moved(change, -0.5, change->force, made.force, r);
+      memcpy(force, change->force, vector);
+    }
+    for (int64_t i = 0; i < width; i++)
+      *loads += made.force[i] * force[i];
+  }
+  return THRUM_OK;
+}
+
+/* No sums. */
+static void clear(const thrum_tape *tape, thrum_step_change *change, double *force_bar) {
+  for (int64_t g = 0; g < change->part_count; g++)
+    change->part[g] = 0.0;
+  for (int64_t i = 0; force_bar && i < tape->count * tape->width; i++)
+    force_bar[i] = 0.0;
+}
+
 thrum_status thrum_tape_pull_back(const thrum_model *model, thrum_tape *tape, const double *q_bar,
                                   const double *p_bar, thrum_tape_gradient *gradient,
                                   thrum_error *error) {
-  THRUM_TRY(check_pass(model, tape, error));
-  if (!gradient)
-    return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "the gradient is NULL");
+  THRUM_TRY(check_pass(model, tape, gradient, error));
   const int64_t r = tape->rank, last = tape->count, count = (last + 1) * r;
   if ((q_bar && !thrum_all_finite(q_bar, count)) || (p_bar && !thrum_all_finite(p_bar, count)))
     return thrum_error_set(error, THRUM_BAD_VALUE,
                            "a derivative of the loss is not a finite number");
 
-  // from the end, where nothing has followed
-  const size_t vector = (size_t)r * sizeof(double);
   thrum_step_change change = change_of(tape);
-  double *before = tape->change[5], loads = 0.0;
+  double loads = 0.0;
   take_parts(gradient, &change);
-  for (int64_t g = 0; g < change.part_count; g++)
-    change.part[g] = 0.0;
-  memset(change.q, 0, vector);
-  memset(change.p, 0, vector);
-  memset(before, 0, vector);
-  begin(model, tape, last, change.part_count);
-  for (int64_t k = last - 1; k >= 0; k--) {
-    const double *seen_q = q_bar ? q_bar + (k + 1) * r : NULL;
-    const double *seen_p = p_bar ? p_bar + (k + 1) * r : NULL;
-    add(change.q, seen_q, r);
-    add(change.p, seen_p, r);
-    thrum_linear_step_turn(&tape->step);
-    const thrum_made_step made = made_step(tape, k);
-    add_moved(&change, -0.5, seen_q, made.q_next, r);
-    add_moved(&change, -0.5, seen_p, made.p_next, r);
-    THRUM_TRY(enter(tape, k, &made, true, error));
-    thrum_linear_step_pull(&tape->step, &made, &change);
-
-    // the force of this step, also as the one before the next
-    add(change.force, before, r);
-    memcpy(before, change.force_before, vector);
-    add_moved(&change, -0.5, change.force, made.force, r);
-    for (int64_t i = 0; i < r; i++)
-      loads += made.force[i] * change.force[i];
-    memcpy(tape->force_bar + k * r, change.force, vector);
+  clear(tape, &change, NULL);
+  memset(change.q, 0, (size_t)r * sizeof(double));
+  memset(change.p, 0, (size_t)r * sizeof(double));
+  thrum_status status = last > 0 ? thrum_tape_reach(model, tape, last - 1, error) : THRUM_OK;
+  if (status >= 0)
+    begin(model, tape, last - tape->first, change.part_count);
+  THRUM_THEN(status, pull_all(model, tape, q_bar, p_bar, gradient->force, &change, &loads, error));
+  if (status >= 0) {
+    thrum_linear_step_end_pull(&tape->step, tape->start_q, &change);
+    add_moved(&change, 0.5, change.q, tape->start_q, r);
+    add_moved(&change, 0.5, change.p, tape->start_p, r);
+    add(change.q, q_bar, r);
+    add(change.p, p_bar, r);
+    if (!put_sums(model, tape, &change, loads, gradient))
+      status = thrum_error_set(error, THRUM_NOT_FINITE,
+                               "the gradient leaves the range of finite numbers: a run this long "
+                               "and this chaotic has none of use");
   }
-  thrum_linear_step_end_pull(&tape->step, tape->q, &change);
-  add_moved(&change, 0.5, change.q, tape->q, r);
-  add_moved(&change, 0.5, change.p, tape->p, r);
-  add(change.q, q_bar, r);
-  add(change.p, p_bar, r);
-  if (!put_sums(model, tape, &change, loads, gradient))
-    return thrum_error_set(error, THRUM_NOT_FINITE,
-                           "the gradient leaves the range of finite numbers: a run this long and "
-                           "this chaotic has none of use");
-  return THRUM_OK;
+  if (status < 0)
+    clear(tape, &change, gradient->force);
+  return status;
 }
 
 /* --- forward ---------------------------------------------------------------------------------- */
@@ -214,15 +300,23 @@ static void add_shares(const thrum_step_change *change, double by, const double 
         to[i] += by * change->part[g] * change->parts[g].mass[i * n + j] * v[j];
 }
 
-/* The change of a step's force: that of the direction, and those of densities. */
-static void put_force(const thrum_tape *tape, int64_t k, const thrum_tape_gradient *direction,
-                      const thrum_step_change *change, double *to) {
-  const int64_t r = tape->rank;
-  const double *force = tape->force + (k + 1) * r;
-  copy_or_zero(to, k >= 0 && direction->force ? direction->force + k * r : NULL, r);
-  for (int64_t i = 0; i < r; i++)
-    to[i] -= direction->density * force[i];
-  add_shares(change, -0.5, force, r, to);
+/* The change of the force of step k, that of the direction and those of densities, into
+ * change->force, and that of the step before into change->force_before. before: q before. */
+static void put_force(const thrum_model *model, thrum_tape *tape, int64_t k,
+                      const thrum_tape_gradient *direction, thrum_step_change *change,
+                      const double *before) {
+  const int64_t width = tape->width;
+  const double *force = thrum_tape_force(tape, k);
+  double *moved = tape->wide[0];
+  copy_or_zero(moved, direction->force ? direction->force + k * width : NULL, width);
+  for (int64_t i = 0; i < width; i++)
+    moved[i] -= direction->density * force[i];
+  add_shares(change, -0.5, force, tape->rank, moved);
+  copy_or_zero(change->force_before, change->force, tape->rank);
+  if (model->shape)
+    push_following(model, tape, k, moved, change->q, before, change->force);
+  else
+    copy_or_zero(change->force, moved, tape->rank);
 }
 
 /* What is seen of the change of one end, in the coordinates of the caller. */
@@ -235,9 +329,9 @@ static void put_seen(const thrum_step_change *change, const double *moved, const
 thrum_status thrum_tape_push_forward(const thrum_model *model, thrum_tape *tape,
                                      const thrum_tape_gradient *direction, double *q, double *p,
                                      thrum_error *error) {
-  THRUM_TRY(check_pass(model, tape, error));
-  if (!direction || !q || !p)
-    return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "the direction, q or p is NULL");
+  THRUM_TRY(check_pass(model, tape, direction, error));
+  if (!q || !p)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "q or p is NULL");
   const int64_t r = tape->rank;
   thrum_step_change change = change_of(tape);
   change.stiffness = direction->stiffness - direction->density;
@@ -251,16 +345,21 @@ thrum_status thrum_tape_push_forward(const thrum_model *model, thrum_tape *tape,
 
   copy_or_zero(change.q, direction->q, r);
   copy_or_zero(change.p, direction->p, r);
+  copy_or_zero(change.force, NULL, r);
   copy_or_zero(q, change.q, r);
   copy_or_zero(p, change.p, r);
-  add_shares(&change, 0.5, tape->q, r, change.q);
-  add_shares(&change, 0.5, tape->p, r, change.p);
+  add_shares(&change, 0.5, tape->start_q, r, change.q);
+  add_shares(&change, 0.5, tape->start_p, r, change.p);
+  if (tape->count > 0)
+    THRUM_TRY(thrum_tape_reach(model, tape, 0, error));
   begin(model, tape, 0, change.part_count);
-  thrum_linear_step_begin_push(&tape->step, tape->q, &change);
+  thrum_linear_step_begin_push(&tape->step, tape->start_q, &change);
+  double *before = tape->change[5];
   for (int64_t k = 0; k < tape->count; k++) {
+    THRUM_TRY(thrum_tape_reach(model, tape, k, error));
     const thrum_made_step made = made_step(tape, k);
-    put_force(tape, k, direction, &change, change.force);
-    put_force(tape, k - 1, direction, &change, change.force_before);
+    put_force(model, tape, k, direction, &change, before);
+    copy_or_zero(before, change.q, r);
     THRUM_TRY(enter(tape, k, &made, false, error));
     thrum_linear_step_push(&tape->step, &made, &change);
     put_seen(&change, change.q, made.q_next, r, q + (k + 1) * r);

@@ -5,26 +5,52 @@
 #include "gradient/linear_step.h"
 #include "thrum/gradient.h"
 
-#define THRUM_TAPE_DIVIDED (-1) /* the form of a step that a fallback level has divided */
-
 struct thrum_tape {
   uint64_t magic, identity; /* of the model that it was started with */
   int64_t most, count;      /* steps: that there is room for, that were made */
-  int64_t rank;
+  int64_t divided;          /* the first step that a fallback level has divided; -1: none */
+  int64_t rank, width;      /* of q and p, and of a force */
   bool started;
   double *kappa, *nu, *damping; /* rank each */
-  double *q, *p;                /* (most + 1) x rank */
-  double *end_q, *end_p;        /* rank each: of the state that it records, as that has them */
-  double *force;                /* (most + 1) x rank: none, then that of each step */
-  double *force_bar;            /* most x rank: of a pass back, until it has come through */
-  int32_t *form;                /* of each step, or THRUM_TAPE_DIVIDED */
+  double *start_q, *start_p;    /* rank each */
+  double *end_q, *end_p;        /* rank each: of the state that it records, as that keeps them */
+
+  /* The rows of the steps from `first` on: all of them, or those of one segment. */
+  int64_t length, first;
+  double *q, *p;    /* (length + 1) x rank */
+  double *before_q; /* rank: of the step before `first` */
+  int32_t *form;    /* length */
+
+  /* Forces: the tape's own rows, or with checkpoints the caller's. */
+  double *force, *none; /* most x width, width zeros */
+  const double *forces; /* NULL: none */
+
+  /* Checkpoints: what persists of the state at the start of each segment, and a state that goes on
+   * from there. */
+  int64_t checkpoints;
+  size_t kept_size, state_size;
+  unsigned char *kept;
+  thrum_state *again;
 
   /* For the passes over the tape. */
   thrum_linear_step step;
-  double *change[6]; /* rank each */
+  double *change[7]; /* rank each */
+  double *wide[2];   /* width each */
 };
 
 /* Is this a tape that was started with this model? */
 thrum_status thrum_tape_check(const thrum_model *model, const thrum_tape *tape, thrum_error *error);
+
+/* Brings the rows of the segment of step k, 0 <= k < count, and steps to them again where they are
+ * not there. */
+thrum_status thrum_tape_reach(const thrum_model *model, thrum_tape *tape, int64_t k,
+                              thrum_error *error);
+
+/* The force of step k (width); before the first it is zero. */
+const double *thrum_tape_force(const thrum_tape *tape, int64_t k);
+
+/* Where the force of step k sees what follows of a condensed model: in the middle of the step,
+ * extrapolated from its start and the place before (rank, into `to`). */
+void thrum_tape_ahead(const thrum_tape *tape, int64_t k, double *to);
 
 #endif

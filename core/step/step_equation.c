@@ -35,7 +35,7 @@ static int form_of(const thrum_state *state) {
   }
 }
 
-static thrum_status refuse(const thrum_model *model, const thrum_state *state, thrum_error *error) {
+static thrum_status refuse(const thrum_state *state, thrum_error *error) {
   if (form_of(state) < 0)
     return thrum_error_set(error, THRUM_UNSUPPORTED,
                            "steps of %s have no equation here: take energy, newmark, midpoint or "
@@ -48,10 +48,6 @@ static thrum_status refuse(const thrum_model *model, const thrum_state *state, t
     return thrum_error_set(error, THRUM_UNSUPPORTED,
                            "a material that may flow has no equation here: its strain depends on "
                            "the steps before");
-  if (model->shape != NULL)
-    return thrum_error_set(error, THRUM_UNSUPPORTED,
-                           "a condensed model has no equation here: the load of its slaves depends "
-                           "on the motion");
   return THRUM_OK;
 }
 
@@ -61,15 +57,20 @@ thrum_status thrum_step_equation_get(const thrum_model *model, const thrum_state
   THRUM_TRY(thrum_state_check(model, state, error));
   if (!equation)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "the equation is NULL");
-  THRUM_TRY(refuse(model, state, error));
+  THRUM_TRY(refuse(state, error));
 
   const thrum_state_def *def = &state->def;
+  const thrum_state_view view = thrum_state_view_of((thrum_state *)(uintptr_t)state);
   *equation = (thrum_step_equation){.form = (thrum_step_form)form_of(state),
                                     .dt = def->dt,
                                     .damping_alpha = def->damping_alpha,
                                     .damping_beta = def->damping_beta,
                                     .newmark_beta = def->newmark_beta,
-                                    .newmark_gamma = def->newmark_gamma};
+                                    .newmark_gamma = def->newmark_gamma,
+                                    .q = view.q,
+                                    .p = view.p};
+  if (!kappa && !nu && !damping)
+    return THRUM_OK;
 
   // only steps of energy have modes with a time step of their own
   const bool matches = def->integrator == THRUM_INTEGRATOR_ENERGY && thrum_schemes.mode_steps;

@@ -167,7 +167,9 @@ static thrum_status reserve(identify_fit *f, thrum_error *error) {
   THRUM_TRY(thrum_reserve(&f->residual, seen, sizeof *f->residual, "the fit", error));
   THRUM_TRY(thrum_reserve(&f->fitted, seen, sizeof *f->fitted, "the fit", error));
   THRUM_TRY(thrum_reserve(&f->normal, 2 * n * n + 4 * n, sizeof *f->normal, "the fit", error));
-  return thrum_tape_create(f->model, f->steps, &f->tape, error);
+  thrum_tape_def def = thrum_default_tape_def();
+  def.steps = f->steps;
+  return thrum_tape_create(f->model, &def, &f->tape, error);
 }
 
 thrum_status identify_fit_open(const identify_request *request, const thrum_model *model,

@@ -1,6 +1,9 @@
 /* Gradients of runs: how what was observed of a run changes with its start, its forces, its damping
  * and its material, for about the time of two more runs, however many numbers there are.
  *
+ *   thrum_tape_def def = thrum_default_tape_def();
+ *   def.steps = steps;
+ *   thrum_tape_create(model, &def, &tape, &error);
  *   thrum_tape_start(model, tape, state, q0, p0, &error);
  *   for (k = 0; k < steps; k++)
  *     thrum_tape_step(model, tape, state, force + k * rank, &error);
@@ -13,10 +16,13 @@
  * the `tolerance` of its def, and gradients then err by about as much: where they are to agree with
  * differences of runs, set the tolerance to 1e-13.
  *
- * Steps by energy, newmark, midpoint and verlet of one dt, damping at rest, models of polynomials
- * and of cubature points. What has no derivative here is refused with THRUM_UNSUPPORTED: other
- * integrators, tangent damping, plastic flow, condensed models, and a run with a step that a
- * fallback level has divided.
+ * Steps by energy, newmark, midpoint and verlet of one dt, damping at rest, models of polynomials,
+ * of cubature points and condensed ones. What has no derivative here is refused with
+ * THRUM_UNSUPPORTED: other integrators, tangent damping, plastic flow, what follows with a
+ * damping_beta, and a run with a step that a fallback level has divided.
+ *
+ * A force has the coordinates of thrum_condensed_shape_model (`width`): of a model that is not
+ * condensed, those of the model.
  *
  * The library needs libthrum and libm. Only thrum_tape_create allocates. A tape belongs to one
  * thread at a time. Equations: docs/mathematics/22_gradients.md. Source: Giles & Pierce 2000, An
@@ -38,40 +44,66 @@ typedef struct thrum_tape thrum_tape;
 
 /* --- a tape's life ---------------------------------------------------------------------------- */
 
-/* Bytes of a tape for up to `steps` >= 1 steps of this model, into *size: 24 rank a step.
- * THRUM_INVALID_ARGUMENT, THRUM_OUT_OF_MEMORY where no memory could hold it. */
-THRUM_API thrum_status thrum_tape_size(const thrum_model *model, int64_t steps, size_t *size,
-                                       thrum_error *error);
+typedef struct thrum_tape_def {
+  uint32_t cookie; /* sizeof(thrum_tape_def), from thrum_tape_def_init */
+  int64_t steps;   /* that there is room for, 1 or more [1] */
+
+  /* 0: q and p of all steps are kept, with their forces 16 rank + 8 width bytes a step. Else the
+   * state is kept this often, and the steps between are made again, with the same bits, when a pass
+   * comes to them: a pass costs one run more. Memory is least, and grows with the root of `steps`,
+   * where the square of this is 16 rank steps over thrum_state_kept_bytes. */
+  int64_t checkpoints;
+  const thrum_state *state; /* with checkpoints: the one to be recorded, for its size */
+} thrum_tape_def;
+
+/* A def with every default set: 1 step, no checkpoints. size: of the def as the caller knows it
+ * (docs/versioning.md). Any thread. */
+THRUM_API void thrum_tape_def_init(thrum_tape_def *def, size_t size);
+
+/* The same as a value. */
+static inline thrum_tape_def thrum_default_tape_def(void) {
+  thrum_tape_def def;
+  thrum_tape_def_init(&def, sizeof def);
+  return def;
+}
+
+/* Bytes of a tape of this model and def, into *size. THRUM_UNINITIALISED_DEF,
+ * THRUM_INVALID_ARGUMENT with the field, THRUM_OUT_OF_MEMORY where no memory could hold it. */
+THRUM_API thrum_status thrum_tape_size(const thrum_model *model, const thrum_tape_def *def,
+                                       size_t *size, thrum_error *error);
 
 /* Lays an empty tape into `memory`, aligned to 64 and of at least thrum_tape_size bytes, which the
  * caller owns. THRUM_MISALIGNED, THRUM_BUFFER_TOO_SMALL, or what thrum_tape_size says. */
 THRUM_API thrum_status thrum_tape_init(void *memory, size_t memory_size, const thrum_model *model,
-                                       int64_t steps, thrum_tape **tape, thrum_error *error);
+                                       const thrum_tape_def *def, thrum_tape **tape,
+                                       thrum_error *error);
 
 /* The same from the heap; the caller passes it to thrum_tape_destroy. THRUM_OUT_OF_MEMORY, or what
  * thrum_tape_size says. */
-THRUM_API thrum_status thrum_tape_create(const thrum_model *model, int64_t steps, thrum_tape **tape,
-                                         thrum_error *error);
+THRUM_API thrum_status thrum_tape_create(const thrum_model *model, const thrum_tape_def *def,
+                                         thrum_tape **tape, thrum_error *error);
 THRUM_API void thrum_tape_destroy(thrum_tape *tape);
 
 /* --- recording -------------------------------------------------------------------------------- */
 
 /* Sets the state to q and p (rank each; NULL: zero) as thrum_state_set does, and begins the tape
  * anew there. The state's def is the one it was made with. THRUM_UNSUPPORTED as
- * thrum_step_equation_get, THRUM_MODEL_MISMATCH for a tape of another rank, else as
- * thrum_state_set. */
+ * thrum_step_equation_get and for what follows with a damping_beta, THRUM_MODEL_MISMATCH for a tape
+ * of another rank, or of another state's size, else as thrum_state_set. */
 THRUM_API thrum_status thrum_tape_start(const thrum_model *model, thrum_tape *tape,
                                         thrum_state *state, const double *q, const double *p,
                                         thrum_error *error);
 
-/* Sets the force of the step (rank; NULL: none) [kg^1/2 m/s^2], makes it, and records it. Returns
+/* Sets the force of the step (width; NULL: none) [kg^1/2 m/s^2] as thrum_state_set_load does, makes
+ * it, and records it. With checkpoints the force is read again by the passes: it is a row of one
+ * array that stays until then, right behind that of the step before, or NULL in all steps. Returns
  * what thrum_step does; the tape keeps no step that fails. THRUM_BUFFER_TOO_SMALL where the tape is
  * full, THRUM_UNSUPPORTED where dt was changed since the start, THRUM_INVALID_ARGUMENT for a state
- * that is not where the tape ends. */
+ * that is not where the tape ends, or another array. */
 THRUM_API thrum_status thrum_tape_step(const thrum_model *model, thrum_tape *tape,
                                        thrum_state *state, const double *force, thrum_error *error);
 
-/* Makes `count` >= 0 steps of thrum_tape_step with the rows of `force` (count x rank; NULL: none),
+/* Makes `count` >= 0 steps of thrum_tape_step with the rows of `force` (count x width; NULL: none),
  * and ends before at the first that fails; *made (may be NULL) gets how many were made, also then.
  * Returns as thrum_steps. */
 THRUM_API thrum_status thrum_tape_run(const thrum_model *model, thrum_tape *tape,
@@ -82,7 +114,7 @@ THRUM_API thrum_status thrum_tape_run(const thrum_model *model, thrum_tape *tape
 THRUM_API int64_t thrum_tape_steps(const thrum_tape *tape);
 
 /* q and p after each step, the start first: (steps + 1) x rank, in the tape and valid until it is
- * started again. NULL for NULL. */
+ * started again. NULL for NULL, and with checkpoints, where the state tells them as it goes. */
 THRUM_API const double *thrum_tape_q(const thrum_tape *tape);
 THRUM_API const double *thrum_tape_p(const thrum_tape *tape);
 
@@ -95,7 +127,8 @@ THRUM_API const double *thrum_tape_p(const thrum_tape *tape);
 typedef struct thrum_energy_part {
   const double *linear; /* L, rank x rank, both triangles [1/s^2] */
   /* A model of the same rank, best a packed one, whose energy, with its omega2, is added to that of
-   * L. It need not have an identity. */
+   * L. It need not have an identity. NULL: L alone, such as that of a spring
+   * (thrum_spring_linear). */
   const struct thrum_model *form;
   /* M of a part that moves mass, rank x rank, both triangles; NULL: none. A share t of it is one in
    * coordinates x = (1 + 1/2 t M) q that keep unit mass, while all that a caller gives and sees, q
@@ -124,11 +157,20 @@ THRUM_API void thrum_parameter_parts_destroy(thrum_parameter_parts *parts);
 THRUM_API const thrum_energy_part *thrum_parameter_parts_list(const thrum_parameter_parts *parts);
 THRUM_API int64_t thrum_parameter_parts_count(const thrum_parameter_parts *parts);
 
+/* L of a spring of 1 N/m from the mean of `count` vertices to the ground, along `direction` (a unit
+ * vector; NULL: in all directions), into `linear` (rank x rank) [1/kg]: the part by which a run
+ * changes with its stiffness, and, times its stiffness, that of a body which is hung on one.
+ * THRUM_MISSING for a model without a basis, THRUM_INVALID_ARGUMENT for NULL, no vertices or one
+ * that there is not. Any thread. */
+THRUM_API thrum_status thrum_spring_linear(const thrum_model *model, const int32_t *vertices,
+                                           int64_t count, const double *direction, double *linear,
+                                           thrum_error *error);
+
 /* Derivatives of a loss, or a direction of the same numbers. Arrays are the caller's, and each may
  * be NULL: not wanted, or a direction of zero. */
 typedef struct thrum_tape_gradient {
   double *q, *p;    /* by the start (rank each) */
-  double *force;    /* by the force of each step (steps x rank) */
+  double *force;    /* by the force of each step (steps x width) */
   double *damping;  /* by D of each mode (rank) [1/s], apart from alpha and beta: of a ratio zeta
                        of a linear mode it is 2 omega times that */
   double alpha;     /* by damping_alpha [1/s] */
@@ -147,7 +189,7 @@ typedef struct thrum_tape_gradient {
  * stiffness and 2/3 rank^3 a step. THRUM_UNSUPPORTED with the step and its time where one was
  * divided by a fallback level, THRUM_SINGULAR, THRUM_BAD_VALUE where a derivative given is not
  * finite, THRUM_NOT_FINITE where the gradient is not. The outputs then stay as they were, but for
- * `part`, in which the sums are made. */
+ * `part` and `force`, in which the sums are made: where a pass fails on its way they are all 0. */
 THRUM_API thrum_status thrum_tape_pull_back(const thrum_model *model, thrum_tape *tape,
                                             const double *q_bar, const double *p_bar,
                                             thrum_tape_gradient *gradient, thrum_error *error);

@@ -48,12 +48,16 @@ typedef struct thrum_step_equation {
   double dt;                          /* h [s] */
   double damping_alpha, damping_beta; /* D = alpha + beta omega^2 of a mode [1/s], [s] */
   double newmark_beta, newmark_gamma;
+
+  /* Where the state is, as it keeps it (rank each): q, and p, that of verlet of half a step before.
+   * They lie in the state, and change with it. */
+  const double *q, *p;
 } thrum_step_equation;
 
 /* The equation of the last step of a state, or, before its first, of the steps to come. kappa, nu
  * and damping (rank each; any may be NULL) get 1/lambda, nu and D [1/s] of each mode.
  * THRUM_UNSUPPORTED with the reason for a step that has another one: another integrator, damping in
- * tangent form, a material that may flow, a condensed model. It does not tell a step that a
+ * tangent form, a material that may flow. It does not tell a step that a
  * fallback level has divided: the report counts those. Failures as thrum_step. Any thread that only
  * reads the state. */
 THRUM_API thrum_status thrum_step_equation_get(const thrum_model *model, const thrum_state *state,

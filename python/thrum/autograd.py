@@ -48,11 +48,11 @@ def rollout(model: Model, steps: int, q: Any = None, p: Any = None, force: Any =
             stiffness: Any = 1.0, density: Any = 1.0, **options: Any) -> tuple[Any, Any]:
     """q and p after each step, the start first, as tensors of doubles that carry gradients.
 
-    q, p: r, or batch x r; force: steps x r, or batch x steps x r; None: zero. alpha, beta (damping), stiffness and density
+    q, p: r, or batch x r; force: steps x model.shown, or with a batch before it; None: zero. alpha, beta (damping), stiffness and density
     (factors) are one number for all. The results are (steps + 1) x r, with the batch before it where one was given. options:
     as for `thrum.rollout`.
     """
-    given = {"q": (q, (model.rank,)), "p": (p, (model.rank,)), "force": (force, (steps, model.rank))}
+    given = {"q": (q, (model.rank,)), "p": (p, (model.rank,)), "force": (force, (steps, model.shown))}
     tensors = {name: torch.zeros(shape, dtype=torch.float64) if value is None else torch.as_tensor(value, dtype=torch.float64)
                for name, (value, shape) in given.items()}
     for name, (_, shape) in given.items():

@@ -5,7 +5,7 @@ SPDX-License-Identifier: Apache-2.0
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any
 
@@ -30,7 +30,7 @@ class Gradient:
 
     q: Array  # by the start, r
     p: Array  # r
-    force: Array  # by the force of each step, steps x r
+    force: Array  # by the force of each step, steps x model.shown
     damping: Array  # by the damping of each coordinate [1/s], r: 2 omega times that is the one by the ratio of a linear mode
     alpha: float  # by damping_alpha
     beta: float  # by damping_beta
@@ -38,6 +38,7 @@ class Gradient:
     density: float  # by a factor of the density
     # by `Model.parameters`, regions x 3, with displacements, velocities and forces held; None: not asked for
     parameters: Array | None = None
+    springs: Array | None = None  # by the stiffness of each spring that was asked for [N/m], at what it was stepped with
 
 
 class Rollout:
@@ -49,7 +50,7 @@ class Rollout:
             raise ValueError(f"steps: {steps} steps; a run has one or more")
         rank = model.rank
         start = [None if value is None else _native.doubles(value, (rank,), name) for value, name in ((q, "q"), (p, "p"))]
-        forces = None if force is None else _native.doubles(force, (steps, rank), "force")
+        forces = None if force is None else _native.doubles(force, (steps, model.shown), "force")
         # coordinates stay: a factor of the density divides stiffness and forces
         self.model = model
         self._factors = (float(stiffness), float(density))
@@ -58,10 +59,13 @@ class Rollout:
         self._handle = self._stepped._handle()
         self._c_model = self._stepped._c
         self._parts: Any = None
+        self._springs: list[Array] = []
 
         # the tape, and a state that is only needed to record it
-        place = ffi.new("thrum_tape **")
-        call(lib.thrum_tape_create, self._c_model, steps, place)
+        definition, place = ffi.new("thrum_tape_def *"), ffi.new("thrum_tape **")
+        lib.thrum_tape_def_init(definition, ffi.sizeof("thrum_tape_def"))
+        definition.steps = steps
+        call(lib.thrum_tape_create, self._c_model, definition, place)
         self._tape = ffi.gc(place[0], lib.thrum_tape_destroy, 24 * rank * steps)
         with self._stepped.state(**options) as state:
             call(lib.thrum_tape_start, self._c_model, self._tape, state._state, *map(_native.pointer, start))
@@ -99,43 +103,64 @@ class Rollout:
         """Times of these rows [s]."""
         return self.dt * np.arange(self.steps + 1)
 
-    def pull_back(self, q_bar: Any = None, p_bar: Any = None, *, parameters: bool = False) -> Gradient:
+    def pull_back(self, q_bar: Any = None, p_bar: Any = None, *, parameters: bool = False,
+                  springs: Sequence[Any] = ()) -> Gradient:
         """The gradient of a loss from its derivatives by q and p, (steps + 1) x r each; None: it does not depend on them.
 
-        parameters: by `Model.parameters` as well, of a run without factors of stiffness and density. Unsupported where a
-            step was divided by a fallback level. Costs about two more runs. One thread at a time.
+        parameters: by `Model.parameters` as well, of a run without factors of stiffness and density. springs: by the
+            stiffness of springs to the ground as well, of which each is (vertices, direction): the mean of these vertices, or of
+            the group of that name, is held along a unit vector, or for None in all directions. Unsupported where a step was
+            divided by a fallback level. Costs about two more runs. One thread at a time.
         """
         shape, rank = (self.steps + 1, self.model.rank), self.model.rank
         bars = [None if value is None else _native.doubles(value, shape, name)
                 for value, name in ((q_bar, "q_bar"), (p_bar, "p_bar"))]
-        q, p, damping, force = np.empty(rank), np.empty(rank), np.empty(rank), np.empty((self.steps, rank))
+        q, p, damping, force = np.empty(rank), np.empty(rank), np.empty(rank), np.empty((self.steps, self.model.shown))
         found = ffi.new("thrum_tape_gradient *", {"q": _native.pointer(q), "p": _native.pointer(p),
                                                   "force": _native.pointer(force), "damping": _native.pointer(damping)})
-        by = self._put_parts(found) if parameters else None
+        held = self._parts_of(parameters, springs)
+        values = np.empty(len(held))
+        found.parts, found.part, found.part_count = held, _native.pointer(values), len(held)
         call(lib.thrum_tape_pull_back, self._c_model, self._tape, *map(_native.pointer, bars), found)
         stiffness, density = self._factors
         # the library's are by factors of what was stepped
         return Gradient(q, p, force / density, damping, found.alpha, found.beta, found.stiffness / stiffness,
-                        found.density / density, by)
+                        found.density / density, values[:len(values) - len(springs)].reshape(-1, 3) if parameters else None,
+                        values[len(values) - len(springs):] if springs else None)
 
-    def _put_parts(self, gradient: Any) -> Array:
-        """Asks for derivatives by the parameters, which come into the array that is returned."""
-        if self._parts is None:
+    def _parts_of(self, parameters: bool, springs: Sequence[Any]) -> Any:
+        """The parts of the energy that are asked for, those of the parameters first."""
+        count = 0
+        if parameters and self._parts is None:
             place = ffi.new("thrum_parameter_parts **")
             call(lib.thrum_parameter_parts_create, self._c_model, place)
             self._parts = ffi.gc(place[0], lib.thrum_parameter_parts_destroy)
-        gradient.parts = lib.thrum_parameter_parts_list(self._parts)
-        gradient.part_count = lib.thrum_parameter_parts_count(self._parts)
-        values = np.empty((gradient.part_count // 3, 3))
-        gradient.part = _native.pointer(values)
-        return values
+        if parameters:
+            count = lib.thrum_parameter_parts_count(self._parts)
+        held = ffi.new("thrum_energy_part[]", count + len(springs))
+        for n in range(count):
+            held[n] = lib.thrum_parameter_parts_list(self._parts)[n]
+        self._springs = [self._spring(*spring) for spring in springs]
+        for n, linear in enumerate(self._springs):
+            held[count + n].linear = _native.pointer(linear)
+        return held
+
+    def _spring(self, vertices: Any, direction: Any) -> Array:
+        """L of a spring of 1 N/m."""
+        chosen = self.model.group(vertices) if isinstance(vertices, str) else vertices
+        at = np.ascontiguousarray(chosen, dtype=np.int32).ravel()
+        along = None if direction is None else _native.doubles(direction, (3,), "direction")
+        linear = np.empty((self.model.rank, self.model.rank))
+        call(lib.thrum_spring_linear, self._c_model, _native.pointer(at, "int32_t"), at.size, _native.pointer(along),
+             _native.pointer(linear))
+        return linear
 
     def push_forward(self, q: Any = None, p: Any = None, force: Any = None, damping: Any = None, alpha: float = 0.0,
                      beta: float = 0.0, stiffness: float = 0.0, density: float = 0.0) -> tuple[Array, Array]:
         """The change of q and p, (steps + 1) x r each, with a change of what the run depends on, to first order."""
         rank = self.model.rank
         held = [None if value is None else _native.doubles(value, shape, name)
-                for value, shape, name in ((q, (rank,), "q"), (p, (rank,), "p"), (force, (self.steps, rank), "force"),
+                for value, shape, name in ((q, (rank,), "q"), (p, (rank,), "p"), (force, (self.steps, self.model.shown), "force"),
                                            (damping, (rank,), "damping"))]
         by_stiffness, by_density = self._factors
         if held[2] is not None:
@@ -153,7 +178,7 @@ def rollout(model: Model, steps: int, q: Any = None, p: Any = None, force: Any =
             density: float = 1.0, **options: Unpack[StateOptions]) -> Rollout:
     """Makes a run of `steps` steps that can be differentiated.
 
-    q, p: the start (r; None: zero); force: the force of each step (steps x r; None: none); stiffness, density: factors of
+    q, p: the start (r; None: zero); force: the force of each step (steps x model.shown; None: none); stiffness, density: factors of
     Young's modulus and of the density of the whole body, in coordinates that stay. options: those of `Model.state`, with the
     integrators energy, newmark, midpoint and verlet. A tolerance of 1e-13 makes gradients agree with differences of runs;
     with the default they err by about 1e-5 of a step.
@@ -180,7 +205,7 @@ def hessian_product(loss: Loss, model: Model, steps: int, q: Any = None, p: Any 
     1e-6 where a step is small beside what it changes and the tolerance of the run is 1e-13.
     """
     held: dict[str, Any] = {"q": q, "p": p, "force": force, **options}
-    defaults: dict[str, Any] = {"q": np.zeros(model.rank), "p": np.zeros(model.rank), "force": np.zeros((steps, model.rank)),
+    defaults: dict[str, Any] = {"q": np.zeros(model.rank), "p": np.zeros(model.rank), "force": np.zeros((steps, model.shown)),
                 "damping_alpha": 0.0, "damping_beta": 0.0, "stiffness": 1.0, "density": 1.0}
     found = []
     for side in (step, -step):
@@ -190,4 +215,4 @@ def hessian_product(loss: Loss, model: Model, steps: int, q: Any = None, p: Any 
             moved[name] = (defaults[name] if at is None else np.asarray(at)) + side * np.asarray(change)
         found.append(value_and_gradient(loss, model, steps, **moved)[1])
     return Gradient(**{field.name: (getattr(found[0], field.name) - getattr(found[1], field.name)) / (2 * step)
-                       for field in fields(Gradient) if field.name != "parameters"})
+                       for field in fields(Gradient) if field.name not in ("parameters", "springs")})

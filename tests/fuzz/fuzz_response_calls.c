@@ -171,8 +171,10 @@ static void derive_run(const thrum_model *model, thrum_tape *tape, fuzz_draw *dr
   const int64_t r = model->rank, rows = thrum_tape_steps(tape) + 1;
   double q_bar[(STEPS + 3) * RANK_MOST], p_bar[(STEPS + 3) * RANK_MOST];
   double q[RANK_MOST], p[RANK_MOST], force[(STEPS + 2) * RANK_MOST], damping[RANK_MOST];
-  must_be_finite(thrum_tape_q(tape), rows * r);
-  must_be_finite(thrum_tape_p(tape), rows * r);
+  if (thrum_tape_q(tape) != NULL) {
+    must_be_finite(thrum_tape_q(tape), rows * r);
+    must_be_finite(thrum_tape_p(tape), rows * r);
+  }
   draw_vector(draw, rows * r, 1, q_bar);
   draw_vector(draw, rows * r, 1, p_bar);
   derive_parameters(model, tape, q_bar);
@@ -184,7 +186,7 @@ static void derive_run(const thrum_model *model, thrum_tape *tape, fuzz_draw *dr
     return;
   must_be_finite(q, r);
   must_be_finite(p, r);
-  must_be_finite(force, (rows - 1) * r);
+  must_be_finite(force, (rows - 1) * thrum_condensed_shape_model(model)->rank);
 
   // the same numbers as a direction
   fuzz_check(thrum_tape_push_forward(model, tape, &gradient, q_bar, p_bar, &error), &error);
@@ -197,23 +199,27 @@ static void use_tape(const thrum_model *model, fuzz_draw *draw) {
   thrum_state *state = NULL;
   thrum_tape *tape = NULL, *second = NULL;
   size_t size = 0;
+  thrum_tape_def tape_def = thrum_default_tape_def();
+  const int64_t width = thrum_condensed_shape_model(model)->rank;
   fuzz_check(thrum_state_create(model, &def, &state, &error), &error);
-  const thrum_status created = thrum_tape_create(model, STEPS + 1, &tape, &error);
+  tape_def.steps = STEPS + 1;
+  tape_def.checkpoints = draw_index(draw, 4);
+  tape_def.state = state;
+  const thrum_status created = thrum_tape_create(model, &tape_def, &tape, &error);
   fuzz_check(created, &error);
-  fuzz_check(thrum_tape_size(model, STEPS + 1, &size, &error), &error);
+  fuzz_check(thrum_tape_size(model, &tape_def, &size, &error), &error);
   void *memory = block(size);
   if (size > 0)
-    fuzz_check(thrum_tape_init(memory, size, model, STEPS + 1, &second, &error), &error);
+    fuzz_check(thrum_tape_init(memory, size, model, &tape_def, &second, &error), &error);
 
   draw_vector(draw, model->rank, 0.1, q);
   draw_vector(draw, model->rank, 1, p);
-  draw_vector(draw, (STEPS + 1) * model->rank, 10, force);
+  draw_vector(draw, (STEPS + 1) * width, 10, force);
   if (state != NULL && tape != NULL && thrum_tape_start(model, tape, state, q, p, &error) >= 0) {
     int64_t made = 0;
     fuzz_check(thrum_tape_step(model, tape, state, force, &error), &error);
     use_equation(model, state);
-    fuzz_check(thrum_tape_run(model, tape, state, force + model->rank, STEPS, &made, &error),
-               &error);
+    fuzz_check(thrum_tape_run(model, tape, state, force + width, STEPS, &made, &error), &error);
     derive_run(model, tape, draw);
   }
   thrum_tape_destroy(tape);
@@ -221,8 +227,21 @@ static void use_tape(const thrum_model *model, fuzz_draw *draw) {
   free(memory);
 }
 
+static void use_spring(const thrum_model *model, fuzz_draw *draw) {
+  double linear[RANK_MOST * RANK_MOST], direction[3];
+  thrum_error error = {0};
+  const int32_t vertex = (int32_t)draw_index(draw, model->vertex_count + 1);
+  draw_vector(draw, 3, 1, direction);
+  const thrum_status status = thrum_spring_linear(
+      model, &vertex, 1, draw_byte(draw) % 2 ? direction : NULL, linear, &error);
+  fuzz_check(status, &error);
+  if (status >= 0)
+    must_be_finite(linear, model->rank * model->rank);
+}
+
 static void use_rest(const thrum_model *model, fuzz_draw *draw) {
   use_parameters(model, draw);
+  use_spring(model, draw);
   const size_t r = (size_t)model->rank;
   double q[RANK_MOST], q_bar[RANK_MOST], force_bar[RANK_MOST], stiffness_bar = 0;
   double *work = block((r * (r + 3) + thrum_work_count(model)) * sizeof *work);

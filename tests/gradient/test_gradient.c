@@ -9,6 +9,14 @@
 
 enum { RANK = 5, STEPS = 40, POINTS = (STEPS + 1) * RANK, FORCES = STEPS * RANK };
 
+/* A tape for so many steps. */
+static thrum_status create(const thrum_model *model, int64_t steps, thrum_tape **tape,
+                           thrum_error *error) {
+  thrum_tape_def def = thrum_default_tape_def();
+  def.steps = steps;
+  return thrum_tape_create(model, &def, tape, error);
+}
+
 /* All that a run depends on. */
 typedef struct inputs {
   double q[RANK], p[RANK], force[FORCES];
@@ -203,7 +211,7 @@ static thrum_tape *record(const run *r, const inputs *at, const thrum_model *mod
   thrum_tape *tape = NULL;
   const thrum_state_def def = def_of(r, at);
   *state = state_make(model, &def);
-  if (thrum_tape_create(model, STEPS, &tape, &error) != THRUM_OK ||
+  if (create(model, STEPS, &tape, &error) != THRUM_OK ||
       thrum_tape_start(model, tape, *state, at->q, at->p, &error) != THRUM_OK)
     fail_msg("%s", error.message);
   for (int k = 0; k < STEPS; k++) {
@@ -337,7 +345,7 @@ static int steps_of(const run *r, thrum_step_form form) {
   const thrum_model *model = &r->body.model;
   const thrum_state_def def = def_of(r, &r->at);
   thrum_state *state = state_make(model, &def);
-  assert_int_equal(thrum_tape_create(model, STEPS, &tape, &error), THRUM_OK);
+  assert_int_equal(create(model, STEPS, &tape, &error), THRUM_OK);
   assert_int_equal(thrum_tape_start(model, tape, state, r->at.q, r->at.p, &error), THRUM_OK);
   int count = 0;
   for (int k = 0; k < STEPS; k++) {
@@ -480,7 +488,7 @@ static void a_linear_mode_has_the_gradient_of_its_closed_form(void **context) {
   thrum_state *state = state_make(model, &def);
   thrum_tape *tape = NULL;
   const double h = def.dt, start = 0.3, none = 0;
-  assert_int_equal(thrum_tape_create(model, COUNT, &tape, NULL), THRUM_OK);
+  assert_int_equal(create(model, COUNT, &tape, NULL), THRUM_OK);
   assert_int_equal(thrum_tape_start(model, tape, state, &start, &none, NULL), THRUM_OK);
   for (int k = 0; k < COUNT; k++)
     assert_int_equal(thrum_tape_step(model, tape, state, NULL, NULL), THRUM_OK);
@@ -552,7 +560,7 @@ static void refuse(const thrum_model *model, const thrum_state_def *def, const c
   thrum_error error;
   thrum_tape *tape = NULL;
   thrum_state *state = state_make(model, def);
-  assert_int_equal(thrum_tape_create(model, 3, &tape, NULL), THRUM_OK);
+  assert_int_equal(create(model, 3, &tape, NULL), THRUM_OK);
   assert_int_equal(thrum_tape_start(model, tape, state, NULL, NULL, &error), THRUM_UNSUPPORTED);
   if (strstr(error.message, reason) == NULL)
     fail_msg("%s", error.message);
@@ -573,6 +581,7 @@ static void what_has_no_gradient_is_refused(void **context) {
   const thrum_model *condensed = NULL;
   void *memory = condense(&body.model, 2, &condensed);
   def = thrum_default_state_def();
+  def.damping_beta = 1e-4;
   refuse(condensed, &def, "condensed");
   free(memory);
   random_model_free(&body);
@@ -591,7 +600,7 @@ static void a_divided_step_is_not_passed(void **context) {
   thrum_tape *tape = NULL;
   thrum_error error;
   double q[RANK] = {0.8, -0.6}, before[RANK];
-  assert_int_equal(thrum_tape_create(&body.model, 20, &tape, NULL), THRUM_OK);
+  assert_int_equal(create(&body.model, 20, &tape, NULL), THRUM_OK);
   assert_int_equal(thrum_tape_start(&body.model, tape, state, q, NULL, NULL), THRUM_OK);
   for (int k = 0; k < 20; k++)
     if (thrum_tape_step(&body.model, tape, state, NULL, &error) < 0)
@@ -618,7 +627,7 @@ static void a_state_that_is_elsewhere_is_not_recorded(void **context) {
   thrum_state *state = state_make(model, &def), *second = state_make(model, &def);
   thrum_tape *tape = NULL;
   double q[RANK] = {0.01};
-  assert_int_equal(thrum_tape_create(model, 3, &tape, NULL), THRUM_OK);
+  assert_int_equal(create(model, 3, &tape, NULL), THRUM_OK);
   assert_int_equal(thrum_tape_start(model, tape, state, q, NULL, NULL), THRUM_OK);
   assert_int_equal(thrum_tape_step(model, tape, second, NULL, NULL), THRUM_INVALID_ARGUMENT);
   assert_true(thrum_tape_step(model, tape, state, NULL, NULL) >= 0);
@@ -640,7 +649,7 @@ static void a_gradient_that_overflows_writes_nothing(void **context) {
   thrum_state *state = state_make(&body.model, &def);
   thrum_tape *tape = NULL;
   double q[RANK] = {0.01}, bar[4 * RANK] = {0}, force[3 * RANK] = {0};
-  assert_int_equal(thrum_tape_create(&body.model, 3, &tape, NULL), THRUM_OK);
+  assert_int_equal(create(&body.model, 3, &tape, NULL), THRUM_OK);
   assert_int_equal(thrum_tape_start(&body.model, tape, state, q, NULL, NULL), THRUM_OK);
   assert_true(thrum_tape_run(&body.model, tape, state, NULL, 3, NULL, NULL) >= 0);
   for (int n = 0; n < 3 * RANK; n++)
@@ -657,6 +666,175 @@ static void a_gradient_that_overflows_writes_nothing(void **context) {
   random_model_free(&body);
 }
 
+/* A run of a condensed model under forces on all coordinates, those that follow among them. */
+typedef struct condensed_run {
+  const thrum_model *model;
+  thrum_integrator integrator;
+  double q[2], p[2], force[FORCES];
+  double q_bar[(STEPS + 1) * 2], p_bar[(STEPS + 1) * 2];
+} condensed_run;
+
+static thrum_tape *record_condensed(const condensed_run *r, int64_t checkpoints) {
+  thrum_tape *tape = NULL;
+  thrum_error error;
+  thrum_state_def def = thrum_default_state_def();
+  def.integrator = r->integrator;
+  def.tolerance = 1e-14;
+  def.damping_alpha = 0.4;
+  thrum_state *state = state_make(r->model, &def);
+  thrum_tape_def room = thrum_default_tape_def();
+  room.steps = STEPS;
+  room.checkpoints = checkpoints;
+  room.state = state;
+  if (thrum_tape_create(r->model, &room, &tape, &error) != THRUM_OK ||
+      thrum_tape_start(r->model, tape, state, r->q, r->p, &error) != THRUM_OK ||
+      thrum_tape_run(r->model, tape, state, r->force, STEPS, NULL, &error) < 0)
+    fail_msg("%s", error.message);
+  state_free(state);
+  return tape;
+}
+
+static double condensed_loss(condensed_run r, double by, const condensed_run *along) {
+  for (int i = 0; i < 2; i++) {
+    r.q[i] += by * along->q[i];
+    r.p[i] += by * along->p[i];
+  }
+  for (int i = 0; i < FORCES; i++)
+    r.force[i] += by * along->force[i];
+  thrum_tape *tape = record_condensed(&r, 0);
+  const double loss = dot(r.q_bar, thrum_tape_q(tape), 2 * (STEPS + 1)) +
+                      dot(r.p_bar, thrum_tape_p(tape), 2 * (STEPS + 1));
+  thrum_tape_destroy(tape);
+  return loss;
+}
+
+/* Forces on what follows act by how it follows, which changes with the motion; with checkpoints
+ * the gradient has the same bits. */
+static void what_follows_is_differentiated(void **context) {
+  (void)context;
+  const thrum_integrator integrators[] = {THRUM_INTEGRATOR_ENERGY, THRUM_INTEGRATOR_NEWMARK};
+  random_model body;
+  random_model_make(&body, 4, RANK, 20, 200, 1);
+  condensed_run r, along;
+  void *memory = condense(&body.model, 2, &r.model);
+  random_state random = {3};
+  random_vector(&random, 2, 0.1, r.q);
+  random_vector(&random, 2, 2, r.p);
+  random_vector(&random, FORCES, 400, r.force);
+  random_vector(&random, 2 * (STEPS + 1), 1, r.q_bar);
+  random_vector(&random, 2 * (STEPS + 1), 0.02, r.p_bar);
+  random_vector(&random, 2, 0.1, along.q);
+  random_vector(&random, 2, 2, along.p);
+  random_vector(&random, FORCES, 400, along.force);
+  for (int n = 0; n < 2; n++) {
+    r.integrator = integrators[n];
+    const double e = 1e-4;
+    const double differences =
+        (8 * (condensed_loss(r, e, &along) - condensed_loss(r, -e, &along)) -
+         (condensed_loss(r, 2 * e, &along) - condensed_loss(r, -2 * e, &along))) /
+        (12 * e);
+    double force[2][FORCES], q[2][2], p[2][2];
+    double q_change[2 * (STEPS + 1)], p_change[2 * (STEPS + 1)];
+    const thrum_tape_gradient direction = {.q = along.q, .p = along.p, .force = along.force};
+    for (int kept = 0; kept < 2; kept++) {
+      thrum_tape *tape = record_condensed(&r, 7 * kept);
+      thrum_tape_gradient g = {.q = q[kept], .p = p[kept], .force = force[kept]};
+      assert_int_equal(thrum_tape_pull_back(r.model, tape, r.q_bar, r.p_bar, &g, NULL), THRUM_OK);
+      assert_int_equal(thrum_tape_push_forward(r.model, tape, &direction, q_change, p_change, NULL),
+                       THRUM_OK);
+      thrum_tape_destroy(tape);
+    }
+    assert_memory_equal(force[0], force[1], sizeof force[0]);
+    const double backward =
+        dot(q[1], along.q, 2) + dot(p[1], along.p, 2) + dot(force[1], along.force, FORCES);
+    const double forward =
+        dot(q_change, r.q_bar, 2 * (STEPS + 1)) + dot(p_change, r.p_bar, 2 * (STEPS + 1));
+    if (!(fabs(backward / differences - 1) < 1e-8 && fabs(forward / backward - 1) < 1e-11))
+      fail_msg("%s: %.17g %.17g %.17g", thrum_integrator_name(r.integrator), differences, backward,
+               forward);
+  }
+  free(memory);
+  random_model_free(&body);
+}
+
+/* What a tape with checkpoints has of a run: the same bits, in less memory. */
+static void checkpoints_give_the_same_bits(void **context) {
+  (void)context;
+  static const thrum_integrator integrators[] = {THRUM_INTEGRATOR_ENERGY, THRUM_INTEGRATOR_VERLET};
+  enum { LONG = 1000 };
+  random_model body;
+  random_model_make(&body, 4, RANK, 20, 200, 1);
+  const thrum_model *model = &body.model;
+  double *force = random_alloc(2 * LONG * RANK, sizeof *force), *bar = force + LONG * RANK;
+  double *by_force = random_alloc(2 * LONG * RANK, sizeof *by_force);
+  double *q_bar = random_alloc((LONG + 1) * RANK, sizeof *q_bar);
+  random_state random = {9};
+  random_vector(&random, LONG * RANK, 300, force);
+  random_vector(&random, LONG * RANK, 1, bar);
+  memcpy(q_bar + RANK, bar, LONG * RANK * sizeof *bar);
+  for (int n = 0; n < 2; n++) {
+    thrum_state_def def = thrum_default_state_def();
+    def.integrator = integrators[n];
+    def.dt = 0.002;
+    double q[2][RANK], along[RANK] = {0.1, 0.2}, scalars[2];
+    size_t sizes[2];
+    for (int kept = 0; kept < 2; kept++) {
+      thrum_state *state = state_make(model, &def);
+      thrum_tape_def room = thrum_default_tape_def();
+      room.steps = LONG;
+      room.checkpoints = 8 * kept;
+      room.state = state;
+      thrum_tape *tape = NULL;
+      thrum_tape_gradient g = {.q = q[kept], .force = by_force + kept * LONG * RANK};
+      assert_int_equal(thrum_tape_size(model, &room, &sizes[kept], NULL), THRUM_OK);
+      assert_int_equal(thrum_tape_create(model, &room, &tape, NULL), THRUM_OK);
+      assert_int_equal(thrum_tape_start(model, tape, state, along, NULL, NULL), THRUM_OK);
+
+      // a pass in between has the tape go on as before
+      assert_true(thrum_tape_run(model, tape, state, force, 333, NULL, NULL) >= 0);
+      assert_int_equal(thrum_tape_pull_back(model, tape, q_bar, NULL, &g, NULL), THRUM_OK);
+      assert_true(thrum_tape_run(model, tape, state, force + 333 * RANK, LONG - 333, NULL, NULL) >=
+                  0);
+      assert_int_equal(thrum_tape_pull_back(model, tape, q_bar, NULL, &g, NULL), THRUM_OK);
+      scalars[kept] = g.stiffness + g.beta;
+      assert_true((thrum_tape_q(tape) == NULL) == (kept == 1));
+      thrum_tape_destroy(tape);
+      state_free(state);
+    }
+    assert_memory_equal(q[0], q[1], sizeof q[0]);
+    assert_memory_equal(by_force, by_force + LONG * RANK, LONG * RANK * sizeof *by_force);
+    assert_true(scalars[0] == scalars[1]);
+    assert_true(sizes[1] < sizes[0] / 2);
+  }
+  free(force);
+  free(by_force);
+  free(q_bar);
+  random_model_free(&body);
+}
+
+/* With checkpoints the forces are one array. */
+static void a_force_of_another_array_is_refused(void **context) {
+  (void)context;
+  random_model body;
+  random_model_make(&body, 4, RANK, 20, 200, 1);
+  const thrum_state_def def = thrum_default_state_def();
+  thrum_state *state = state_make(&body.model, &def);
+  thrum_tape_def room = thrum_default_tape_def();
+  room.steps = 3;
+  room.checkpoints = 2;
+  room.state = state;
+  thrum_tape *tape = NULL;
+  double force[3 * RANK] = {0};
+  assert_int_equal(thrum_tape_create(&body.model, &room, &tape, NULL), THRUM_OK);
+  assert_int_equal(thrum_tape_start(&body.model, tape, state, NULL, NULL, NULL), THRUM_OK);
+  assert_true(thrum_tape_step(&body.model, tape, state, force, NULL) >= 0);
+  assert_int_equal(thrum_tape_step(&body.model, tape, state, force, NULL), THRUM_INVALID_ARGUMENT);
+  assert_true(thrum_tape_step(&body.model, tape, state, force + RANK, NULL) >= 0);
+  thrum_tape_destroy(tape);
+  state_free(state);
+  random_model_free(&body);
+}
+
 static void bad_calls_are_refused(void **context) {
   (void)context;
   random_model body, other;
@@ -667,17 +845,27 @@ static void bad_calls_are_refused(void **context) {
   thrum_state *state = state_make(model, &def), *state_other = state_make(&other.model, &def);
   thrum_tape *tape = NULL;
   size_t size = 0;
-  assert_int_equal(thrum_tape_create(model, 0, &tape, NULL), THRUM_INVALID_ARGUMENT);
-  assert_int_equal(thrum_tape_create(NULL, 1, &tape, NULL), THRUM_INVALID_ARGUMENT);
-  assert_int_equal(thrum_tape_size(model, INT64_MAX, &size, NULL), THRUM_OUT_OF_MEMORY);
-  assert_int_equal(thrum_tape_size(model, 2, &size, NULL), THRUM_OK);
+  assert_int_equal(create(model, 0, &tape, NULL), THRUM_INVALID_ARGUMENT);
+  assert_int_equal(create(NULL, 1, &tape, NULL), THRUM_INVALID_ARGUMENT);
+  thrum_tape_def room = thrum_default_tape_def();
+  room.steps = INT64_MAX;
+  assert_int_equal(thrum_tape_size(model, &room, &size, NULL), THRUM_OUT_OF_MEMORY);
+  room.steps = 2;
+  room.checkpoints = -1;
+  assert_int_equal(thrum_tape_size(model, &room, &size, NULL), THRUM_INVALID_ARGUMENT);
+  room.checkpoints = 1;
+  assert_int_equal(thrum_tape_size(model, &room, &size, NULL), THRUM_INVALID_ARGUMENT);
+  room.checkpoints = 0;
+  assert_int_equal(thrum_tape_size(model, &room, &size, NULL), THRUM_OK);
+  const thrum_tape_def none = {0};
+  assert_int_equal(thrum_tape_size(model, &none, &size, NULL), THRUM_UNINITIALISED_DEF);
 
   // memory of the caller
   unsigned char *memory = aligned_alloc(64, size + 64);
-  assert_int_equal(thrum_tape_init(memory + 8, size, model, 2, &tape, NULL), THRUM_MISALIGNED);
-  assert_int_equal(thrum_tape_init(memory, size - 1, model, 2, &tape, NULL),
+  assert_int_equal(thrum_tape_init(memory + 8, size, model, &room, &tape, NULL), THRUM_MISALIGNED);
+  assert_int_equal(thrum_tape_init(memory, size - 1, model, &room, &tape, NULL),
                    THRUM_BUFFER_TOO_SMALL);
-  assert_int_equal(thrum_tape_init(memory, size, model, 2, &tape, NULL), THRUM_OK);
+  assert_int_equal(thrum_tape_init(memory, size, model, &room, &tape, NULL), THRUM_OK);
 
   // out of order, too long, of another model
   double q[3 * RANK] = {0};
@@ -720,6 +908,9 @@ int main(void) {
       cmocka_unit_test(a_divided_step_is_not_passed),
       cmocka_unit_test(a_state_that_is_elsewhere_is_not_recorded),
       cmocka_unit_test(a_gradient_that_overflows_writes_nothing),
+      cmocka_unit_test(what_follows_is_differentiated),
+      cmocka_unit_test(checkpoints_give_the_same_bits),
+      cmocka_unit_test(a_force_of_another_array_is_refused),
       cmocka_unit_test(bad_calls_are_refused),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);

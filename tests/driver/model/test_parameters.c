@@ -198,6 +198,8 @@ static thrum_tape *record(const run *r, const thrum_model *model, const double *
                           const double *force, thrum_state **state) {
   thrum_state_def def = thrum_default_state_def();
   thrum_tape *tape = NULL;
+  thrum_tape_def tape_def = thrum_default_tape_def();
+  tape_def.steps = STEPS;
   thrum_error error = {0};
   def.integrator = r->integrator;
   def.dt = r->dt;
@@ -205,7 +207,7 @@ static thrum_tape *record(const run *r, const thrum_model *model, const double *
   def.damping_alpha = 0.5;
   def.damping_beta = 1e-4;
   if (thrum_state_create(model, &def, state, &error) != THRUM_OK ||
-      thrum_tape_create(model, STEPS, &tape, &error) != THRUM_OK ||
+      thrum_tape_create(model, &tape_def, &tape, &error) != THRUM_OK ||
       thrum_tape_start(model, tape, *state, q, p, &error) != THRUM_OK ||
       thrum_tape_run(model, tape, *state, force, STEPS, NULL, &error) < 0)
     fail_msg("%s", error.message);
