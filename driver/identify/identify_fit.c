@@ -11,6 +11,7 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "driver/identify/identify_fit.h"
 
+#include <lapacke.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -42,27 +43,73 @@
 
 /* --- what is fitted --------------------------------------------------------------------------- */
 
+/* The x from which a fit begins. */
+static double x_of(const identify_parameter *p) {
+  switch (p->kind) {
+  case IDENTIFY_POISSON:
+    return log((1 + p->first) / (0.5 - p->first));
+  case IDENTIFY_RATIO:
+  case IDENTIFY_ALPHA:
+  case IDENTIFY_BETA:
+    return log(p->first);
+  case IDENTIFY_YOUNG:
+  case IDENTIFY_DENSITY:
+  case IDENTIFY_START_Q:
+  case IDENTIFY_START_P:
+    break;
+  }
+  return 0;
+}
+
+/* The number that x stands for. */
+static double value_of(const identify_parameter *p, double x) {
+  switch (p->kind) {
+  case IDENTIFY_YOUNG:
+  case IDENTIFY_DENSITY:
+    return p->first * exp(x);
+  case IDENTIFY_POISSON:
+    return 0.5 - 1.5 / (1 + exp(x));
+  case IDENTIFY_RATIO:
+  case IDENTIFY_ALPHA:
+  case IDENTIFY_BETA:
+    return exp(x);
+  case IDENTIFY_START_Q:
+  case IDENTIFY_START_P:
+    break;
+  }
+  return p->first + x;
+}
+
+/* How that changes with x. */
+static double slope_of(const identify_parameter *p, double value) {
+  if (p->kind == IDENTIFY_POISSON)
+    return (1 + value) * (0.5 - value) / 1.5;
+  return p->kind < IDENTIFY_START_Q ? value : 1;
+}
+
 static identify_parameter *add(identify_fit *f, identify_kind kind, int64_t index, const char *unit,
                                double first) {
   identify_parameter *p = &f->parameters[f->count];
   *p = (identify_parameter){.kind = kind, .index = index, .unit = unit, .first = first};
-  f->x[f->count++] = kind == IDENTIFY_YOUNG ? 0 : kind >= IDENTIFY_START_Q ? 0 : log(first);
+  f->x[f->count++] = x_of(p);
   return p;
 }
 
-static void add_young(identify_fit *f) {
+/* One number of the material of each region: column `member` of model->material. */
+static void add_material(identify_fit *f, identify_kind kind, int member, const char *name,
+                         const char *unit) {
   cJSON *meta = model_meta_parse(f->model);
-  for (int64_t g = 0; g < f->energy.count; g++) {
-    const double *material = f->model->material;
+  for (int64_t g = 0; g < f->shares.count; g++) {
+    const double *material = f->shares.model.material;
     identify_parameter *p =
-        add(f, IDENTIFY_YOUNG, g, material ? "Pa" : "", material ? material[3 * g] : 1);
-    const char *name = model_meta_region(meta, g);
-    if (f->energy.count > 1 && name != NULL)
-      snprintf(p->name, sizeof p->name, "E of %.80s", name);
-    else if (f->energy.count > 1)
-      snprintf(p->name, sizeof p->name, "E of region %lld", (long long)g + 1);
+        add(f, kind, g, f->model->material ? unit : "", material[3 * g + member]);
+    const char *region = model_meta_region(meta, g);
+    if (f->shares.count > 1 && region != NULL)
+      snprintf(p->name, sizeof p->name, "%s of %.80s", name, region);
+    else if (f->shares.count > 1)
+      snprintf(p->name, sizeof p->name, "%s of region %lld", name, (long long)g + 1);
     else
-      snprintf(p->name, sizeof p->name, "E");
+      snprintf(p->name, sizeof p->name, "%s", name);
   }
   cJSON_Delete(meta);
 }
@@ -92,7 +139,7 @@ static thrum_status choose_parameters(identify_fit *f, thrum_error *error) {
   const identify_request *request = f->request;
   const int64_t modes =
       request->start_modes < f->model->rank ? request->start_modes : f->model->rank;
-  const int64_t most = f->energy.count + request->ratio_count + 2 + 2 * modes;
+  const int64_t most = 3 * f->shares.count + request->ratio_count + 2 + 2 * modes;
   THRUM_TRY(thrum_reserve(&f->parameters, most, sizeof *f->parameters, "the parameters", error));
   THRUM_TRY(thrum_reserve(&f->x, 2 * most, sizeof *f->x, "the parameters", error));
   f->best_x = f->x + most;
@@ -101,7 +148,11 @@ static thrum_status choose_parameters(identify_fit *f, thrum_error *error) {
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "--ratios %lld: the model has %lld modes",
                            (long long)request->ratio_count, (long long)f->model->rank);
   if (request->young)
-    add_young(f);
+    add_material(f, IDENTIFY_YOUNG, 0, "E", "Pa");
+  if (request->poisson)
+    add_material(f, IDENTIFY_POISSON, 1, "nu", "");
+  if (request->density)
+    add_material(f, IDENTIFY_DENSITY, 2, "density", "kg/m^3");
   add_damping(f);
   for (int64_t i = 0; i < 2 * modes && request->start; i++) {
     const bool speed = i >= modes;
@@ -183,7 +234,7 @@ thrum_status identify_fit_open(const identify_request *request, const thrum_mode
     return thrum_error_set(error, THRUM_MISSING,
                            "the body starts at rest: give its --start, or fit it with --parameters "
                            "...,start");
-  THRUM_TRY(region_energy_open(model, &fit->energy, error));
+  THRUM_TRY(region_shares_open(model, request->poisson || request->density, &fit->shares, error));
 
   // what is seen, and the start
   fit->modes = model_meta_modes(model);
@@ -213,7 +264,7 @@ thrum_status identify_fit_open(const identify_request *request, const thrum_mode
 
 void identify_fit_close(identify_fit *fit) {
   recording_free(&fit->recording);
-  region_energy_close(&fit->energy);
+  region_shares_close(&fit->shares);
   double *const blocks[] = {fit->seen,   fit->q,        fit->x,        fit->fitted,
                             fit->change, fit->jacobian, fit->residual, fit->normal};
   for (size_t n = 0; n < sizeof blocks / sizeof blocks[0]; n++)
@@ -228,8 +279,8 @@ void identify_fit_close(identify_fit *fit) {
 /* The body of a trial, and what steps it. */
 typedef struct trial {
   region_body body;
-  double factors[THRUM_RANK_MAX]; /* of the regions */
-  double ratios[THRUM_RANK_MAX];  /* of the modes */
+  double *material, *values;     /* 3 a region: E, nu and density; lambda, mu and density */
+  double ratios[THRUM_RANK_MAX]; /* of the modes */
   double damping[THRUM_RANK_MAX];
   int64_t damped_as[THRUM_RANK_MAX];           /* the mode whose rate each coordinate has */
   double q[THRUM_RANK_MAX], p[THRUM_RANK_MAX]; /* the start, in the coordinates of the model */
@@ -237,27 +288,10 @@ typedef struct trial {
   double *seen; /* columns x rank, in the coordinates of the body */
 } trial;
 
-/* The number that x stands for. */
-static double value_of(const identify_parameter *p, double x) {
-  switch (p->kind) {
-  case IDENTIFY_YOUNG:
-    return p->first * exp(x);
-  case IDENTIFY_RATIO:
-  case IDENTIFY_ALPHA:
-  case IDENTIFY_BETA:
-    return exp(x);
-  case IDENTIFY_START_Q:
-  case IDENTIFY_START_P:
-    break;
-  }
-  return p->first + x;
-}
-
 static void read_parameters(const identify_fit *f, const double *x, trial *t) {
   const int64_t r = f->model->rank;
   const damping_spec *damping = &f->request->damping;
-  for (int64_t g = 0; g < f->energy.count; g++)
-    t->factors[g] = 1;
+  memcpy(t->material, f->shares.model.material, (size_t)(3 * f->shares.count) * sizeof(double));
   for (int64_t i = 0; i < r; i++) {
     t->ratios[i] = damping_spec_ratio(damping, i);
     t->q[i] = f->q[i];
@@ -270,7 +304,11 @@ static void read_parameters(const identify_fit *f, const double *x, trial *t) {
     const identify_parameter *p = &f->parameters[n];
     const double value = value_of(p, x[n]);
     if (p->kind == IDENTIFY_YOUNG)
-      t->factors[p->index] = exp(x[n]);
+      t->material[3 * p->index] = value;
+    else if (p->kind == IDENTIFY_POISSON)
+      t->material[3 * p->index + 1] = value;
+    else if (p->kind == IDENTIFY_DENSITY)
+      t->material[3 * p->index + 2] = value;
     else if (p->kind == IDENTIFY_ALPHA)
       t->alpha = value;
     else if (p->kind == IDENTIFY_BETA)
@@ -285,8 +323,8 @@ static void read_parameters(const identify_fit *f, const double *x, trial *t) {
   }
 }
 
-/* to = turn^T from */
-static void into_body(const region_body *body, const double *from, double *to) {
+/* to = turn^T from: what is seen, in the coordinates of the body. */
+static void see_from_body(const region_body *body, const double *from, double *to) {
   const int64_t r = body->model.rank;
   for (int64_t j = 0; j < r; j++) {
     to[j] = 0;
@@ -295,14 +333,44 @@ static void into_body(const region_body *body, const double *from, double *to) {
   }
 }
 
+/* to = back from: a motion, in the coordinates of the body. */
+static void into_body(const region_body *body, const double *from, double *to) {
+  const int64_t r = body->model.rank;
+  for (int64_t i = 0; i < r; i++) {
+    to[i] = 0;
+    for (int64_t j = 0; j < r; j++)
+      to[i] += body->back[i * r + j] * from[j];
+  }
+}
+
+/* lambda, mu and density by E, nu and density. A body that is not split into lambda and mu has all
+ * of its energy in mu. */
+static void put_values_of(const identify_fit *f, trial *t) {
+  for (int64_t g = 0; g < f->shares.count; g++) {
+    const double *m = t->material + 3 * g;
+    t->values[3 * g] = m[0] * m[1] / ((1 + m[1]) * (1 - 2 * m[1]));
+    t->values[3 * g + 1] = m[0] / (2 * (1 + m[1]));
+    t->values[3 * g + 2] = m[2];
+  }
+}
+
+static void trial_free(trial *t) {
+  region_body_free(&t->body);
+  free(t->material);
+  free(t->seen);
+}
+
 static thrum_status trial_make(const identify_fit *f, const double *x, trial *t,
                                thrum_error *error) {
   const int64_t r = f->model->rank, columns = f->recording.column_count;
+  THRUM_TRY(thrum_reserve(&t->material, 6 * f->shares.count, sizeof *t->material, "a run", error));
+  t->values = t->material + 3 * f->shares.count;
   read_parameters(f, x, t);
-  THRUM_TRY(region_energy_body(&f->energy, t->factors, &t->body, error));
+  put_values_of(f, t);
+  THRUM_TRY(region_body_make(&f->shares, t->values, &t->body, error));
   THRUM_TRY(thrum_reserve(&t->seen, columns * r, sizeof *t->seen, "a run", error));
   for (int64_t c = 0; c < columns; c++)
-    into_body(&t->body, f->seen + c * r, t->seen + c * r);
+    see_from_body(&t->body, f->seen + c * r, t->seen + c * r);
 
   // what is no mode has the least rate of the modes
   const double *omega2 = t->body.model.omega2;
@@ -381,36 +449,55 @@ static double residual_of(identify_fit *f, const trial *t, int64_t rows, double 
 
 /* --- derivatives ------------------------------------------------------------------------------ */
 
-/* The direction of x_n; q, p, damping (rank each) and part (one) are zero before. */
+/* How lambda, mu and density of a region change with one number of its material, and D of each mode
+ * with them: a ratio goes with the frequency. */
+static void put_material_direction(const identify_fit *f, const trial *t,
+                                   const identify_parameter *p, double by, thrum_tape_gradient *d) {
+  const double *m = t->material + 3 * p->index, wider = 1 + m[1], narrower = 1 - 2 * m[1];
+  const int64_t r = t->body.model.rank;
+  if (p->kind == IDENTIFY_YOUNG) {
+    d->part[0] = by * m[1] / (wider * narrower);
+    d->part[1] = by / (2 * wider);
+  } else if (p->kind == IDENTIFY_POISSON) {
+    d->part[0] = by * m[0] * (1 + 2 * m[1] * m[1]) / (wider * wider * narrower * narrower);
+    d->part[1] = -by * m[0] / (2 * wider * wider);
+  } else {
+    d->part[0] = by;
+  }
+  d->parts = t->body.parts + 3 * p->index + (p->kind == IDENTIFY_DENSITY ? 2 : 0);
+  d->part_count = p->kind == IDENTIFY_DENSITY ? 1 : 2;
+  if (f->shares.whole) {
+    d->part[0] = d->part[1];
+    d->parts++;
+    d->part_count = 1;
+  }
+  for (int64_t i = 0; i < r; i++) {
+    const int64_t mode = t->damped_as[i];
+    double change = 0;
+    for (int64_t n = 0; n < d->part_count; n++)
+      change += d->part[n] * d->parts[n].linear[mode * r + mode];
+    d->damping[i] = t->ratios[mode] * change / sqrt(t->body.model.omega2[mode]);
+  }
+}
+
+/* The direction of x_n; q, p, damping (rank each) and part (two) are zero before. */
 static void put_direction(const identify_fit *f, const trial *t, const double *x, int64_t n,
                           thrum_tape_gradient *d) {
   const identify_parameter *p = &f->parameters[n];
   const int64_t r = f->model->rank;
   const double value = value_of(p, x[n]), *omega2 = t->body.model.omega2;
-  if (p->kind == IDENTIFY_ALPHA)
+  if (p->kind <= IDENTIFY_POISSON)
+    put_material_direction(f, t, p, slope_of(p, value), d);
+  else if (p->kind == IDENTIFY_ALPHA)
     d->alpha = value;
   else if (p->kind == IDENTIFY_BETA)
     d->beta = value;
-  else if (p->kind == IDENTIFY_START_Q)
-    memcpy(d->q, t->body.turn + p->index * r, (size_t)r * sizeof *d->q);
-  else if (p->kind == IDENTIFY_START_P)
-    memcpy(d->p, t->body.turn + p->index * r, (size_t)r * sizeof *d->p);
+  for (int64_t i = 0; i < r && p->kind >= IDENTIFY_START_Q; i++)
+    (p->kind == IDENTIFY_START_Q ? d->q : d->p)[i] = t->body.back[i * r + p->index];
   for (int64_t i = 0; i < r && p->kind == IDENTIFY_RATIO; i++) {
     const int64_t mode = t->damped_as[i];
     const bool beyond = mode > p->index && p->index + 1 == f->request->ratio_count;
     d->damping[i] = mode == p->index || beyond ? 2 * value * sqrt(omega2[mode]) : 0;
-  }
-
-  // a ratio goes with the frequency
-  if (p->kind != IDENTIFY_YOUNG)
-    return;
-  const double factor = t->factors[p->index], *linear = t->body.parts[p->index].linear;
-  d->parts = t->body.parts + p->index;
-  d->part_count = 1;
-  *d->part = factor;
-  for (int64_t i = 0; i < r; i++) {
-    const int64_t mode = t->damped_as[i];
-    d->damping[i] = t->ratios[mode] * factor * linear[mode * r + mode] / sqrt(omega2[mode]);
   }
 }
 
@@ -420,8 +507,8 @@ static thrum_status put_jacobian(identify_fit *f, const trial *t, const double *
   double *change_p = f->change + (f->steps + 1) * r;
   for (int64_t n = 0; n < f->count; n++) {
     double q[THRUM_RANK_MAX] = {0}, p[THRUM_RANK_MAX] = {0}, damping[THRUM_RANK_MAX] = {0};
-    double part = 0;
-    thrum_tape_gradient direction = {.q = q, .p = p, .damping = damping, .part = &part};
+    double part[2] = {0};
+    thrum_tape_gradient direction = {.q = q, .p = p, .damping = damping, .part = part};
     put_direction(f, t, x, n, &direction);
     THRUM_TRY(
         thrum_tape_push_forward(&t->body.model, f->tape, &direction, f->change, change_p, error));
@@ -449,32 +536,11 @@ static void put_normal(const identify_fit *f, int64_t seen, double *matrix, doub
 
 /* Cholesky's factor of the lower triangle, in place. False: not positive definite. */
 static bool factor(double *matrix, int64_t n) {
-  for (int64_t i = 0; i < n; i++)
-    for (int64_t j = 0; j <= i; j++) {
-      double sum = matrix[i * n + j];
-      for (int64_t k = 0; k < j; k++)
-        sum -= matrix[i * n + k] * matrix[j * n + k];
-      if (j < i)
-        matrix[i * n + j] = sum / matrix[j * n + j];
-      else if (sum > 0)
-        matrix[i * n + i] = sqrt(sum);
-      else
-        return false;
-    }
-  return true;
+  return LAPACKE_dpotrf(LAPACK_COL_MAJOR, 'U', (int)n, matrix, (int)n) == 0;
 }
 
 static void solve(const double *factors, int64_t n, double *x) {
-  for (int64_t i = 0; i < n; i++) {
-    for (int64_t k = 0; k < i; k++)
-      x[i] -= factors[i * n + k] * x[k];
-    x[i] /= factors[i * n + i];
-  }
-  for (int64_t i = n - 1; i >= 0; i--) {
-    for (int64_t k = i + 1; k < n; k++)
-      x[i] -= factors[k * n + i] * x[k];
-    x[i] /= factors[i * n + i];
-  }
+  LAPACKE_dpotrs(LAPACK_COL_MAJOR, 'U', (int)n, 1, factors, (int)n, x, (int)n);
 }
 
 /* Whether a column of the Jacobian is more than rounding: beside the motion, or that of a start
@@ -565,8 +631,7 @@ static thrum_status improve(identify_fit *f, int64_t rows, double *sum, double *
       *sum = next;
       *damping = fmax(*damping / 10, DAMP_LEAST);
     }
-    region_body_free(&t.body);
-    free(t.seen);
+    trial_free(&t);
     if (lower || status < 0)
       return status;
 
@@ -595,8 +660,7 @@ static thrum_status look(identify_fit *f, int64_t rows, bool keep, double *sum,
   THRUM_THEN(status, put_jacobian(f, &t, f->x, rows, error));
   if (status >= 0 && keep)
     observe(f, &t, rows, thrum_tape_q(f->tape), thrum_tape_p(f->tape), 1, f->fitted);
-  region_body_free(&t.body);
-  free(t.seen);
+  trial_free(&t);
   return status;
 }
 
@@ -639,7 +703,7 @@ static void put_values(identify_fit *f, double sum) {
     column[i] = 1;
     solve(work, n, column);
     const double change = sqrt(variance * column[i]);
-    p->deviation = change * (p->kind < IDENTIFY_START_Q ? p->value : 1);
+    p->deviation = change * slope_of(p, p->value);
     p->doubt = size_of_change(f, matrix, i, seen, change);
   }
 }

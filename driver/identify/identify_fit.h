@@ -4,10 +4,12 @@
 
 #include "driver/identify/identify_options.h"
 #include "driver/identify/recording.h"
-#include "driver/identify/region_energy.h"
+#include "driver/identify/region_body.h"
 
 typedef enum identify_kind {
   IDENTIFY_YOUNG,   /* E of region `index`, of which x is the logarithm of a factor */
+  IDENTIFY_DENSITY, /* its density, likewise */
+  IDENTIFY_POISSON, /* its Poisson's ratio, (exp x - 2)/(2 exp x + 2) with x between all numbers */
   IDENTIFY_RATIO,   /* damping ratio `index`; x is its logarithm, as of the next two */
   IDENTIFY_ALPHA,   /* of the mass */
   IDENTIFY_BETA,    /* of the stiffness */
@@ -30,7 +32,7 @@ typedef struct identify_fit {
   const identify_request *request;
   const thrum_model *model;
   recording recording;
-  region_energy energy;
+  region_shares shares;
   int64_t modes;  /* coordinates that are linear modes */
   double *seen;   /* columns x rank: displacement by coordinate of the model */
   double *q, *p;  /* the start that was given, rank each */

@@ -21,28 +21,28 @@ static thrum_status take_start(const config_given *given, void *request) {
 /* A list of what is fitted, with commas between. */
 static thrum_status take_parameters(const config_given *given, void *request) {
   identify_request *r = request;
-  r->young = r->ratio = r->alpha = r->beta = r->start = false;
+  r->young = r->poisson = r->density = false;
+  r->ratio = r->alpha = r->beta = r->start = false;
   const struct {
     const char *name;
     bool *wanted;
-  } known[] = {{"E", &r->young},
-               {"damping-ratio", &r->ratio},
-               {"alpha", &r->alpha},
-               {"beta", &r->beta},
+  } known[] = {{"E", &r->young},         {"nu", &r->poisson},
+               {"density", &r->density}, {"damping-ratio", &r->ratio},
+               {"alpha", &r->alpha},     {"beta", &r->beta},
                {"start", &r->start}};
+  bool any = false;
   for (const char *at = given->text; at != NULL && *at != 0;) {
     const size_t length = strcspn(at, ",");
     bool found = false;
     for (size_t n = 0; n < sizeof known / sizeof known[0]; n++)
       if (strlen(known[n].name) == length && strncmp(at, known[n].name, length) == 0)
-        found = *known[n].wanted = true;
+        any = found = *known[n].wanted = true;
     if (!found)
       return config_given_wrong(given);
     at += length + (at[length] == ',' ? 1 : 0);
   }
   r->parameters = given->text;
-  return r->young || r->ratio || r->alpha || r->beta || r->start ? THRUM_OK
-                                                                 : config_given_wrong(given);
+  return any ? THRUM_OK : config_given_wrong(given);
 }
 
 static thrum_status take_damping(const config_given *given, void *request) {
@@ -60,11 +60,15 @@ static const config_option options[] = {
                 .letter = 'o', .path = CONFIG_PATH_ALWAYS, AT(output)),
 
     // what is fitted, and from where
-    OPTION_WORD("parameters", "LIST", "E,damping-ratio",
-                "what is fitted: E of each region, damping-ratio, alpha, beta of --damping, start",
-                .take = take_parameters,
-                .wants = "some of E, damping-ratio, alpha, beta and start, with commas between",
-                .schema = "{\"type\":\"string\"}"),
+    OPTION_WORD(
+        "parameters", "LIST", "E,damping-ratio",
+        "what is fitted: E, nu and density of each region, damping-ratio, alpha, beta of "
+        "--damping, "
+        "start",
+        .take = take_parameters,
+        .wants =
+            "some of E, nu, density, damping-ratio, alpha, beta and start, with commas between",
+        .schema = "{\"type\":\"string\"}"),
     OPTION_COUNT("ratios", "1",
                  "damping ratios that are fitted: of so many modes, the last one that of all "
                  "beyond",
@@ -96,16 +100,18 @@ const config_command command_identify = {
     .usage = "MODEL RECORDING.csv [OPTIONS]",
     .about =
         "Fits a model to a recorded free motion, such as a ring-down, by least squares: Young's "
-        "modulus of each region, damping ratios, Rayleigh damping, and the start. Each comes with "
-        "an interval of confidence. RECORDING.csv begins with a line of names: time_s, and "
+        "modulus, Poisson's ratio and density of each region, damping ratios, Rayleigh damping, "
+        "and "
+        "the start. Each comes with an interval of confidence. RECORDING.csv begins with a line of "
+        "names: time_s, and "
         "TARGET.x_m, TARGET.y_m or TARGET.z_m for the mean displacement of a TARGET [m], as the "
         "probes.csv of thrum simulate has them; other columns are passed over.",
     .options = options,
     .notes = "The fit begins with the first two periods and takes in twice as many each time. "
              "Intervals are those\n"
-             "of 95 % where the errors of the rows are independent and alike. The model's Poisson "
-             "ratios and\n"
-             "densities stay.\n",
+             "of 95 % where the errors of the rows are independent and alike. A free motion shows "
+             "E over the\n"
+             "density: fit both only where one of several regions is known.\n",
     .examples = "identify beam.npz ringdown.csv --start static:constant:0,0,-40@tip -o fit\n"
                 "identify beam.npz ringdown.csv --parameters E,damping-ratio,start --ratios 2",
     .exits = "0 done, 1 refused, 2 usage, 3 fitted but flagged (not converged, poor, or a "

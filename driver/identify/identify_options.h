@@ -10,7 +10,7 @@ typedef struct identify_request {
   const char *model_path, *recording_path;
   const char *output; /* folder; NULL: nothing is written */
   const char *parameters;
-  bool young, ratio, alpha, beta, start; /* what is fitted */
+  bool young, poisson, density, ratio, alpha, beta, start; /* what is fitted */
   int64_t ratio_count, start_modes;
   start_spec *starts;
   int64_t start_count;

@@ -98,7 +98,7 @@ void identify_report_table(const identify_fit *fit) {
 void identify_report_warn(const identify_fit *fit) {
   double most = 0;
   for (int64_t n = 0; n < fit->count; n++)
-    if (fit->parameters[n].kind == IDENTIFY_YOUNG && fit->energy.count > 1)
+    if (fit->parameters[n].kind <= IDENTIFY_POISSON && fit->shares.count > 1)
       most = fmax(most, fabs(fit->parameters[n].value / fit->parameters[n].first - 1));
   const bool shared = thrum_model_parameter_count(fit->model) > 0;
   if (most > MOVED_WARNED && !shared)

@@ -219,8 +219,9 @@ static void bad_recordings_are_refused(void **state) {
   static const struct {
     const char *option, *value, *says;
     int code;
-  } uses[] = {{"--parameters", "E,nu", "E, damping-ratio, alpha, beta and start", 2},
-              {"--parameters", "E", "starts at rest", 1}};
+  } uses[] = {
+      {"--parameters", "E,colour", "E, nu, density, damping-ratio, alpha, beta and start", 2},
+      {"--parameters", "E", "starts at rest", 1}};
   for (size_t n = 0; n < sizeof uses / sizeof uses[0]; n++) {
     program_result run =
         thrum_run(folder, "identify", "beam.npz", "ring.csv", uses[n].option, uses[n].value, NULL);
