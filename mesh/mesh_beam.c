@@ -4,10 +4,12 @@
  * that they fit, and so that a square section of an even number of cells has the symmetry of the
  * square: it bends alike in all directions. With ",split=6" all cells are the same. With ",split=5"
  * each is cut into five, one of them in the middle, and neighbours are mirror images. With ",hex"
- * cells are hexahedra, whose shape are six tets that are mirrored. Default rubber-like material.
+ * cells are hexahedra, whose shape are six tets that are mirrored. With ",parts=N" behind that its
+ * length has N regions of equal length, part1 to partN. Default rubber-like material.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include <stdbool.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -27,13 +29,24 @@ typedef struct beam {
   int split;      /* tets a cell, 5 or 6 */
   bool mirrored;  /* six that are mirror images in neighbours; else the same in every cell */
   bool hexahedra; /* cells stay whole */
+  int64_t parts;  /* regions along x */
 } beam;
 
 static thrum_status bad_spec(const char *spec, thrum_error *error) {
-  return thrum_error_set(error, THRUM_BAD_FORMAT,
-                         "'%.100s' is no beam; write beam:NXxNYxNZ@LXxLYxLZ, cells and metres, "
-                         "such as beam:20x3x3@1x0.15x0.15, and perhaps ,hex or ,split=5",
-                         spec);
+  return thrum_error_set(
+      error, THRUM_BAD_FORMAT,
+      "'%.100s' is no beam; write beam:NXxNYxNZ@LXxLYxLZ, cells and metres, "
+      "such as beam:20x3x3@1x0.15x0.15, and perhaps ,hex or ,split=5, and ,parts=2",
+      spec);
+}
+
+/* Does the word stand here? Goes behind it. */
+static bool take_word(const char **at, const char *word) {
+  const size_t length = strlen(word);
+  if (strncmp(*at, word, length) != 0)
+    return false;
+  *at += length;
+  return true;
 }
 
 static thrum_status parse_spec(const char *spec, beam *b, thrum_error *error) {
@@ -48,11 +61,15 @@ static thrum_status parse_spec(const char *spec, beam *b, thrum_error *error) {
     at += a < 5;
   }
 
-  // how cells are cut
-  b->split = strcmp(at, ",split=5") == 0 ? 5 : 6;
-  b->hexahedra = strcmp(at, ",hex") == 0;
-  b->mirrored = *at == '\0' || b->hexahedra;
-  if (!b->mirrored && b->split != 5 && strcmp(at, ",split=6") != 0)
+  // how cells are cut, and into how many regions
+  const bool all_same = take_word(&at, ",split=6");
+  b->split = !all_same && take_word(&at, ",split=5") ? 5 : 6;
+  b->hexahedra = !all_same && b->split == 6 && take_word(&at, ",hex");
+  b->mirrored = !all_same && b->split == 6;
+  b->parts = 1;
+  if (take_word(&at, ",parts="))
+    at += thrum_text_scan_integer(at, end, &b->parts);
+  if (at != end || b->parts < 1 || b->parts > b->cells[0])
     return bad_spec(spec, error);
 
   double tets = b->split;
@@ -167,6 +184,28 @@ static void fill_tets(const beam *b, int32_t *tets) {
       }
 }
 
+/* Regions of equal length, and their names and materials: the soft one of the examples. */
+static thrum_status fill_parts(const beam *b, thrum_mesh *mesh, const char *spec,
+                               thrum_error *error) {
+  const int64_t slice = b->split * b->cells[1] * b->cells[2];
+  THRUM_TRY(thrum_reserve(&mesh->materials, b->parts, sizeof *mesh->materials, spec, error));
+  for (int64_t p = 0; p < b->parts; p++)
+    mesh->materials[p] = (thrum_material){.young = 5e6, .poisson = 0.4, .density = 1000};
+  for (int64_t t = 0; t < mesh->tet_count; t++)
+    mesh->tet_region[t] = (int32_t)(t / slice * b->parts / b->cells[0]);
+  if (b->parts == 1)
+    return THRUM_OK;
+
+  THRUM_TRY(thrum_reserve(&mesh->region_names, b->parts, sizeof *mesh->region_names, spec, error));
+  for (int64_t p = 0; p < b->parts; p++) {
+    char *name = NULL;
+    THRUM_TRY(thrum_reserve(&name, 32, sizeof *name, spec, error));
+    snprintf(name, 32, "part%lld", (long long)p + 1);
+    mesh->region_names[p] = name;
+  }
+  return THRUM_OK;
+}
+
 /* Each cell as a hexahedron, its lower four corners first (Abaqus, VTK). */
 static thrum_status fill_hexahedra(const beam *b, thrum_mesh *mesh, const char *spec,
                                    thrum_error *error) {
@@ -250,18 +289,15 @@ thrum_status thrum_mesh_beam(const char *spec, thrum_mesh *mesh, thrum_error *er
   m.vertex_count = (b.cells[0] + 1) * (b.cells[1] + 1) * (b.cells[2] + 1);
   m.file_vertex_count = m.vertex_count;
   m.tet_count = b.split * b.cells[0] * b.cells[1] * b.cells[2];
-  m.region_count = 1;
+  m.region_count = b.parts;
   m.has_material = true;
 
   thrum_status status =
       thrum_reserve(&m.vertices, m.vertex_count, 3 * sizeof *m.vertices, spec, error);
   THRUM_THEN(status, thrum_reserve(&m.tets, m.tet_count, 4 * sizeof *m.tets, spec, error));
   THRUM_THEN(status, thrum_reserve(&m.tet_region, m.tet_count, sizeof *m.tet_region, spec, error));
-  THRUM_THEN(status, thrum_reserve(&m.materials, 1, sizeof *m.materials, spec, error));
-
-  // the soft material of the examples
+  THRUM_THEN(status, fill_parts(&b, &m, spec, error));
   if (status >= 0) {
-    m.materials[0] = (thrum_material){.young = 5e6, .poisson = 0.4, .density = 1000};
     fill_vertices(&b, m.vertices);
     fill_tets(&b, m.tets);
     status = add_groups(&m, &b, error);

@@ -6,7 +6,8 @@
 
 #include "mesh/mesh.h"
 
-/* Makes the mesh of a spec `beam:NXxNYxNZ@LXxLYxLZ[,split=N]`, see thrum_mesh_read. */
+/* Makes the mesh of a spec `beam:NXxNYxNZ@LXxLYxLZ[,hex | ,split=N][,parts=N]`, see
+ * thrum_mesh_read. */
 thrum_status thrum_mesh_beam(const char *spec, thrum_mesh *mesh, thrum_error *error);
 
 /* The cells of such a spec along x, y and z, without making the mesh. */

@@ -10,19 +10,19 @@
 #include "mesh/mesh.h"
 #include "platform/allocate.h"
 
-/* Reads a mesh: the generator `beam:NXxNYxNZ@LXxLYxLZ[,split=N]`, or a file by its suffix: .veg
- * (Vega), .msh (Gmsh), .node or .ele (TetGen), .mesh (Medit), .vtk and .vtu (VTK), .inp (Abaqus).
- * The beam fills [0,LX] x [-LY/2,LY/2] x [-LZ/2,LZ/2]; its groups are the faces left (x = 0), right
- * (x = LX), front and back (y = -LY/2, LY/2), bottom and top (z = -LZ/2, LZ/2), and tip, the one,
- * two or four vertices of the right face that are nearest to its centre. A file's groups are the
- * vertices of its element sets (.veg) and of its physical groups (.msh, named by $PhysicalNames or
- * else physical_DIMENSION_TAG); its regions are the *REGIONs and the physical volumes. What they
- * are in the other formats stands in docs/meshes.md and on top of each reader. Every length, the
- * generator's too, is multiplied by `scale`. The result is clean: inverted tets are flipped,
- * unreferenced vertices dropped (groups renumbered), both counted; zero-volume tets, indices out of
- * range, non-finite numbers, repeated tets, faces of three tets and neighbours that overlap are
- * refused with the file, the line and the element named (1-based, as in the file). On failure *mesh
- * is untouched. */
+/* Reads a mesh: the generator `beam:NXxNYxNZ@LXxLYxLZ[,hex | ,split=N][,parts=N]`, or a file by its
+ * suffix: .veg (Vega), .msh (Gmsh), .node or .ele (TetGen), .mesh (Medit), .vtk and .vtu (VTK),
+ * .inp (Abaqus). The beam fills [0,LX] x [-LY/2,LY/2] x [-LZ/2,LZ/2]; its groups are the faces left
+ * (x = 0), right (x = LX), front and back (y = -LY/2, LY/2), bottom and top (z = -LZ/2, LZ/2), and
+ * tip, the one, two or four vertices of the right face that are nearest to its centre. A file's
+ * groups are the vertices of its element sets (.veg) and of its physical groups (.msh, named by
+ * $PhysicalNames or else physical_DIMENSION_TAG); its regions are the *REGIONs and the physical
+ * volumes. What they are in the other formats stands in docs/meshes.md and on top of each reader.
+ * Every length, the generator's too, is multiplied by `scale`. The result is clean: inverted tets
+ * are flipped, unreferenced vertices dropped (groups renumbered), both counted; zero-volume tets,
+ * indices out of range, non-finite numbers, repeated tets, faces of three tets and neighbours that
+ * overlap are refused with the file, the line and the element named (1-based, as in the file). On
+ * failure *mesh is untouched. */
 thrum_status thrum_mesh_read(const char *name, double scale, thrum_mesh *mesh, thrum_error *error);
 
 enum { THRUM_ORDER_AUTO = -1 };

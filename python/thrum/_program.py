@@ -15,7 +15,7 @@ import shutil
 import signal
 import subprocess
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Union
 
@@ -176,9 +176,11 @@ def _file_of(given: Any, beside: str | None = None) -> Iterator[tuple[str, dict[
         yield path, {path: "mesh"}, len(mesh.vertices)
 
 
-def _run_on(command: str, given: Any, *words: str, _beside: str | None = None, **options: Any) -> dict[str, Any]:
+def _run_on(command: str, given: Any, *words: str, _beside: str | None = None, _named: dict[str, str] | None = None,
+            **options: Any) -> dict[str, Any]:
     """Runs a command on a model or a mesh, with vertices to hold that may be arrays."""
     with _file_of(given, _beside) as (path, names, count), tempfile.TemporaryDirectory(prefix="thrum-") as work:
+        names.update(_named or {})
         if "fix" in options:
             options["fix"] = _mesh.fix_texts(options["fix"], count, work)
             for text in options["fix"] if isinstance(options["fix"], list) else ():
@@ -296,6 +298,24 @@ def response(model: ModelOrPath, *, output: Path | None = None, **options: Any) 
     with tempfile.TemporaryDirectory(prefix="thrum-") as work:
         folder = os.fspath(output) if output is not None else work
         return Response(_run_on("response", model, output=folder, **options), folder)
+
+
+def identify(model: ModelOrPath, recording: Path | Mapping[str, Any], *, output: Path | None = None, **options: Any) -> dict[str, Any]:
+    """Runs `thrum identify`: moduli, Poisson's ratios, densities, damping and start of a model from a recorded free motion.
+
+    recording: a CSV file, or its columns by name, such as {"time_s": times, "tip.z_m": heights}. output: a folder for the report, the
+    fit and a plot; None: none. Options are those of the program, such as start="mode:1,0.03", parameters="E,alpha". Returns the report,
+    whose "parameters" have a value, a standard deviation and an interval of 95 % each.
+    """
+    if isinstance(recording, (str, os.PathLike)):
+        return _run_on("identify", model, os.fspath(recording), output=output, **options)
+    rows = np.column_stack([np.asarray(column, dtype=np.float64) for column in recording.values()])
+    with tempfile.TemporaryDirectory(prefix="thrum-") as work:
+        path = os.path.join(work, "given-recording.csv")
+        np.savetxt(path, rows, fmt="%.17g", delimiter=",", header=",".join(recording), comments="")
+        report = _run_on("identify", model, path, _named={path: "recording"}, output=output, **options)
+        report["recording"] = None
+        return report
 
 
 def tradeoff(model: ModelOrPath, output: Path, **options: Any) -> dict[str, Any]:

@@ -538,9 +538,19 @@ static void cells_of_a_beam_may_be_cut_in_three_ways(void **state) {
   }
   assert_true(hashes[1] != hashes[2]);
 
-  static const char *const bad[] = {"beam:1x1x1@1x1x1,split=4", "beam:1x1x1@1x1x1,",
-                                    "beam:1x1x1@1x1x1,split=55", "beam:1x1x1@1x1x1x"};
-  for (int n = 0; n < 4; n++)
+  // regions along the beam, of cells as they are cut
+  assert_int_equal(thrum_mesh_read("beam:5x2x1@1x.3x.2,hex,parts=2", 1, &mesh, NULL), THRUM_OK);
+  assert_int_equal(mesh.region_count, 2);
+  assert_string_equal(mesh.region_names[1], "part2");
+  for (int64_t t = 0; t < mesh.tet_count; t++)
+    assert_int_equal(mesh.tet_region[t], t < 3 * 12 ? 0 : 1);
+  thrum_mesh_free(&mesh);
+
+  static const char *const bad[] = {"beam:1x1x1@1x1x1,split=4",  "beam:1x1x1@1x1x1,",
+                                    "beam:1x1x1@1x1x1,split=55", "beam:1x1x1@1x1x1x",
+                                    "beam:1x1x1@1x1x1,parts=0",  "beam:1x1x1@1x1x1,parts=2",
+                                    "beam:2x1x1@1x1x1,parts=2x"};
+  for (int n = 0; n < 7; n++)
     assert_int_equal(thrum_mesh_read(bad[n], 1, &mesh, NULL), THRUM_BAD_FORMAT);
 }
 

@@ -218,6 +218,19 @@ class Program(unittest.TestCase):
         with self.assertRaisesRegex(ValueError, "closed"):
             thrum.info(model)
 
+    def test_identify(self):
+        run = thrum.simulate(beam_file(), FOLDER + "/ring", time=1.5, dt=0.002, start="mode:1,0.05", damping_ratio=0.04, probe="tip")
+        with open(os.path.join(run.folder, "probes.csv"), encoding="utf-8") as file:
+            names = file.readline().strip().split(",")
+        rows = np.loadtxt(os.path.join(run.folder, "probes.csv"), delimiter=",", skiprows=1)
+        columns = {name: rows[:, names.index(name)] for name in ("time_s", "tip.z_m")}
+        report = thrum.identify(beam_file(), columns, start="mode:1,0.05", dt=0.002)
+        young, ratio = report["parameters"]
+        self.assertAlmostEqual(young["value"] / young["first"], 1.0, 4)
+        self.assertAlmostEqual(ratio["value"] / 0.04, 1.0, 3)
+        with self.assertRaisesRegex(thrum.ProgramFailed, "recording"):
+            thrum.identify(beam_file(), {"time_s": [0.0, 1.0], "tip.z_m": [0.0, 1.0]}, start="mode:1,0.05")
+
     def test_response(self):
         folder = FOLDER + "/backbone"
         curve = thrum.response(beam_file(), mode=1, amplitude=0.05, harmonics=5, output=folder)

@@ -5,7 +5,7 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "tests/support/precompute_support.h"
 
-#include "driver/identify/region_energy.h"
+#include "driver/identify/region_body.h"
 #include "thrum/gradient.h"
 #include "thrum/parameters.h"
 #include "thrum/polynomial.h"
@@ -140,20 +140,23 @@ static void another_body_is_the_mesh_of_its_materials(void **state) {
   set_free(&set);
 }
 
-/* Energies of regions by the shares are those that the mesh is reduced to. */
+/* Shares of the file are those that the mesh is reduced to. */
 static void shares_are_the_energies_of_the_regions(void **state) {
   (void)state;
-  region_energy by_shares = {0}, by_mesh = {0};
+  region_shares by_shares = {0}, by_mesh = {0};
   thrum_error error = {0};
   thrum_model plain = made.model;
   plain.region_energy = plain.region_mass = NULL;
-  if (region_energy_open(&made.model, &by_shares, &error) < 0 ||
-      region_energy_open(&plain, &by_mesh, &error) < 0)
+  if (region_shares_open(&made.model, false, &by_shares, &error) < 0 ||
+      region_shares_open(&plain, false, &by_mesh, &error) < 0)
     fail_msg("%s", error.message);
   assert_int_equal(by_shares.count, REGIONS);
-  assert_near(by_shares.block, by_mesh.block, REGIONS * made.model.energy_size, 1e-12);
-  region_energy_close(&by_shares);
-  region_energy_close(&by_mesh);
+  assert_near(by_shares.model.region_energy, by_mesh.model.region_energy,
+              2 * REGIONS * made.model.energy_size, 1e-12);
+  assert_near(by_shares.model.region_mass, by_mesh.model.region_mass,
+              REGIONS * made.model.mass_size, 1e-12);
+  region_shares_close(&by_shares);
+  region_shares_close(&by_mesh);
 }
 
 static void what_is_no_material_is_refused(void **state) {
