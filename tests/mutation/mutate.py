@@ -1,35 +1,37 @@
 #!/usr/bin/env python3
-"""Mutation of the runtime: small faults are put into its sources one at a time, and the tests of the
-runtime and of scenes must notice. One that no test notices has survived: it is a line that a test is
-missing for, or a change that makes no difference.
+"""Mutation: small faults are put into the sources one at a time, and the nearest tests must notice. One
+that no test notices has survived: it is a line that a test is missing for, or a change that makes no
+difference.
 
   sign        a + b -> a - b, a += b -> a -= b, -a -> +a, a * b -> a / b
   index       x[i] -> x[i + 1], x[i - 1]
   comparison  < and <=, > and >= exchanged, == and != exchanged, && and || exchanged
   constant    0 -> 1, 1 -> 0, another number doubled
 
-Left out are macros, since tuned constants are no truths (docs/tuning.md has what each does), the
-text of messages, and kernels of processors that this machine is not. A mutant whose object code is
-that of the original is not counted, nor one that does not compile.
+The sources are core, runtime, contact, scene and precompute. Left out are macros, since tuned constants
+are no truths (docs/tuning.md has what each does), the text of messages, and kernels of processors that
+this machine is not. A mutant whose object code is that of the original is not counted, nor one that does
+not compile.
 
-Each mutant costs one compilation with -O1, one link of a shared library, and the tests up to the
-first that fails: those of the same name first, then short ones of the same folder, then all other short ones,
-then the rest. A test that takes three times the processor time it takes without a fault
-has noticed too. It never writes to the sources.
+Each mutant costs one compilation with -O1, and a link and a run of the tests up to the first that fails:
+those of the same name first, those that noticed another fault of the file, then short ones of the same
+folder, then all other short ones, then the rest. A test that takes three times the processor time it
+takes without a fault has noticed too. It never writes to the sources.
 
 A row of mutants.tsv has the place, the kind, the replacement, the outcome, the test that noticed
 or the reason, and the line. A person may turn `survived` into `equivalent` and give the reason why
 no test can notice: such a mutant is not tried again, and is not counted. mutants.tsv beside this
 script is such a list; its mutants are found again by the text of their lines when sources change.
 
-usage: mutate.py BUILD OUT [--count N] [--seed N] [--only TEXT] [--list FILE | --again]
+usage: mutate.py BUILD OUT [--count N] [--each N] [--seed N] [--only TEXT ...] [--list FILE | --again]
                  [--seconds S] [--jobs N] [--near S]
 
-  BUILD      a release build with tests (its objects of the tests are used)
+  BUILD      a release build with tests (its objects and libraries are used)
   OUT        folder for the results: mutants.tsv with a row each, to which a later call adds
   --count    how many mutants are drawn at most, evenly over all that there are (default 300)
+  --each     so many of each file at most instead
   --seed     of the draw (default 1)
-  --only     only files whose path contains this
+  --only     only files whose path contains one of these
   --list     draws nothing: tries the mutants of FILE that are not equivalent, each with the test
              that noticed it first
   --again    draws nothing: tries those of mutants.tsv that survived once more
@@ -43,7 +45,6 @@ SPDX-License-Identifier: Apache-2.0
 import argparse
 import concurrent.futures
 import glob
-import hashlib
 import json
 import os
 import random
@@ -57,12 +58,13 @@ import threading
 import time
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
-# of the runtime, of scenes, and those of other libraries whose subject lies in core/base
-TESTS = ("core/*/test_*.c", "runtime/*/test_*.c", "contact/test_*.c", "scene/test_*.c", "precompute/test_quadratic_*.c")
+# whose tests are run, and what of a source may be mutated
+TESTS = ("core/*/test_*.c", "runtime/*/test_*.c", "contact/test_*.c", "scene/test_*.c", "precompute/test_*.c")
+SOURCES = ("core/*/*.c", "runtime/*/*.c", "runtime/*/*.inl", "contact/*.c", "scene/*.c", "precompute/*.c",
+           "precompute/*/*.c")
+OBJECTS = re.compile(r"/thrum(_objects|_contact|_scene_objects|_precompute)\.dir/")
 # measured in processor time without a fault; longer tests say little more for what they cost
 LONGEST_TEST = 15.0
-# this test counts the library's allocations by wrapping symbols that a shared library keeps
-NOT_SHARED = {"test_allocation"}
 FOREIGN_KERNELS = ("neon", "wasm")
 UNTRIED = "not-tried"
 
@@ -128,152 +130,131 @@ def run(command, **options):
 
 
 class Bench:
-    """The objects of the library without a fault, and tests that are linked to a shared one."""
+    """How sources are compiled and tests are linked: a mutant's object stands before the libraries, which are those of the
+    build, so that theirs is left out."""
 
     def __init__(self, build, work):
         self.build = os.path.abspath(build)
         self.work = os.path.abspath(work)
         os.makedirs(self.work, exist_ok=True)
-        self.commands, self.objects, self.deps = {}, {}, {}
+        self.commands, self.links, self.where, self.noticed = {}, {}, {}, {}
         self.passed = set()
         self.lock = threading.Lock()
         with open(os.path.join(self.build, "compile_commands.json"), encoding="utf-8") as file:
             rows = json.load(file)
         for row in rows:
             path = os.path.relpath(row["file"], ROOT)
-            if path.startswith(("core/", "runtime/", "contact/")) and re.search("thrum_(objects|contact).dir", row["command"]):
+            if OBJECTS.search(row["command"]):
                 self.commands[path] = self.compiler(shlex.split(row["command"]))
 
     @staticmethod
     def compiler(words):
-        """The command without its launcher, output and warnings, for a shared library at -O1."""
+        """The command without its launcher, output and warnings, at -O1."""
         words = words[next(i for i, w in enumerate(words) if re.search(r'(gcc|clang|cc)$', w)):]
-        kept = [w for w in words if not w.startswith(("-W", "-O", "-g", "-fvisibility"))]
+        kept = [w for w in words if not w.startswith(("-W", "-O", "-g")) and "FORTIFY" not in w]
         for flag in ("-o", "-c"):
             at = kept.index(flag)
             del kept[at:at + 2]
-        return kept + ["-O1", "-w", "-fno-semantic-interposition"]
+        return kept + ["-O1", "-w"]
 
     def compile(self, path, source, output):
         return run(self.commands[path] + ["-iquote", os.path.dirname(os.path.join(ROOT, path)),
                                           "-c", source, "-o", output])
 
-    def link(self, objects, output):
-        return run(["gcc", "-shared", "-Wl,-soname,libthrum_mutant.so", "-o", output] + objects +
-                   ["-lm"])
-
-    def prepare(self):
-        """Objects, the library, and the tests; returns {test: processor seconds}.
-
-        Objects that an earlier call made of the same sources are taken from the folder, and times
-        that it measured are kept."""
-        kept = os.path.join(self.work, "prepared.json")
-        state = hashlib.sha256()
-        for path in sorted(glob.glob(os.path.join(ROOT, "core/*/*")) +
-                           glob.glob(os.path.join(ROOT, "runtime/*/*")) +
-                           glob.glob(os.path.join(ROOT, "contact/*"))):
-            with open(path, "rb") as file:
-                state.update(file.read())
-        found = {}
-        if os.path.exists(kept):
-            with open(kept, encoding="utf-8") as file:
-                found = json.load(file)
-        if found.get("state") == state.hexdigest():
-            self.objects, self.deps = found["objects"], found["deps"]
-        else:
-            self.make_objects()
-        seconds = self.make_tests(found.get("seconds", {}))
-        with open(kept, "w", encoding="utf-8") as file:
-            json.dump({"state": state.hexdigest(), "objects": self.objects, "deps": self.deps,
-                       "seconds": seconds}, file)
-        return {name: spent for name, spent in seconds.items() if spent <= LONGEST_TEST}
-
-    def make_objects(self):
-        """Compiles the library without a fault, and notes which parts each source includes."""
-        for path in sorted(self.commands):
-            output = os.path.join(self.work, path.replace("/", "_") + ".o")
-            done = self.compile(path, os.path.join(ROOT, path), output)
+    def unchanged(self, path):
+        """The object of a source without a fault, newer than it."""
+        output = os.path.join(self.work, path.replace("/", "_") + ".o")
+        source = os.path.join(ROOT, path)
+        if not os.path.exists(output) or os.path.getmtime(output) < os.path.getmtime(source):
+            done = self.compile(path, source, output)
             if done.returncode != 0:
                 sys.exit("%s does not compile:\n%s" % (path, done.stdout))
-            self.objects[path] = output
-            listed = run(self.commands[path] + ["-MM", os.path.join(ROOT, path)]).stdout
-            self.deps[path] = [os.path.relpath(w, ROOT) for w in listed.replace("\\\n", " ").split()
-                               if w.endswith(".inl")]
-        self.link(list(self.objects.values()), os.path.join(self.work, "libthrum_mutant.so"))
+        return output
 
-    def make_tests(self, known):
-        """Links all tests that are new, and measures those that are not `known`; {test: seconds}."""
-        seconds, self.where = {}, {}
+    def users(self, part):
+        """The sources that include a part, on this machine's processor."""
+        if part.endswith(".c"):
+            return [part]
+        if not hasattr(self, "parts"):
+            self.parts = {}
+            for path in self.commands:
+                listed = run(self.commands[path] + ["-MM", os.path.join(ROOT, path)]).stdout
+                for word in listed.replace("\\\n", " ").split():
+                    self.parts.setdefault(os.path.relpath(word, ROOT), []).append(path)
+        return [c for c in self.parts.get(part, []) if not any(k in c for k in FOREIGN_KERNELS)]
+
+    def prepare(self):
+        """Finds the tests, and measures those that an earlier call did not; {test: processor seconds}."""
+        kept = os.path.join(self.work, "seconds.json")
+        seconds = {}
+        if os.path.exists(kept):
+            with open(kept, encoding="utf-8") as file:
+                seconds = json.load(file)
         for source in sum((glob.glob(os.path.join(ROOT, "tests", p)) for p in TESTS), []):
             name = os.path.basename(source)[:-2]
-            if name in NOT_SHARED:
-                continue
-            self.where[name] = os.path.relpath(os.path.dirname(source), os.path.join(ROOT, "tests"))
-            built = os.path.getmtime(os.path.join(self.build, "tests", name))
-            linked = os.path.join(self.work, name)
-            if not os.path.exists(linked) or os.path.getmtime(linked) < built:
-                self.link_test(name)
-            if name in known:
-                seconds[name] = known[name]
-            else:
-                ok, seconds[name] = self.test(name, self.work, 600)
+            self.where[name] = os.path.relpath(source, os.path.join(ROOT, "tests")).split("/")[0]
+            if name not in seconds:
+                ok, seconds[name] = self.test(os.path.join(self.build, "tests", name), self.work, 600)
                 if not ok:
                     sys.exit("%s fails without a fault" % name)
                 self.passed.add(name)
-        return seconds
+                with open(kept, "w", encoding="utf-8") as file:
+                    json.dump(seconds, file)
+        return {name: seconds[name] for name in self.where if seconds[name] <= LONGEST_TEST}
 
     def must_pass(self, name):
         """Ends the program where a test fails without a fault; each is tried once."""
-        if name not in self.passed and not self.test(name, self.work, 600)[0]:
+        if name not in self.passed and not self.test(os.path.join(self.build, "tests", name), self.work, 600)[0]:
             sys.exit("%s fails without a fault" % name)
         self.passed.add(name)
 
-    def link_test(self, name):
-        """Links a test of the build to the shared library."""
-        library = os.path.join(self.work, "libthrum_mutant.so")
-        lines = run(["ninja", "-C", self.build, "-t", "commands", name]).stdout.splitlines()
-        link = next(line for line in reversed(lines) if " -o tests/%s " % name in line)
-        link = link.replace(" && :", "").replace(": && ", "")
-        link = link.replace("-o tests/%s " % name, "-o %s/%s " % (self.work, name))
-        link = re.sub(r'\blibthrum\.a\b', library, link)
-        done = run(link, shell=True, cwd=self.build)
+    def link(self, name, objects, folder):
+        """Links a test of the build with these objects in place of the libraries'."""
+        if name not in self.links:
+            lines = run(["ninja", "-C", self.build, "-t", "commands", name]).stdout.splitlines()
+            line = next(line for line in reversed(lines) if " -o tests/%s " % name in line)
+            self.links[name] = line.replace(" && :", "").replace(": && ", "")
+        output = os.path.join(folder, name)
+        inserted = "%s -o %s " % (" ".join(map(shlex.quote, objects)), shlex.quote(output))
+        done = run(self.links[name].replace("-o tests/%s " % name, inserted), shell=True, cwd=self.build)
         if done.returncode != 0:
             sys.exit("%s does not link:\n%s" % (name, done.stdout))
+        return output
 
-    def test(self, name, folder, limit):
-        """Whether a test passes with the library of that folder, and its processor seconds."""
+    @staticmethod
+    def test(program, folder, limit):
+        """Whether a test passes, run in a new folder inside of `folder`, and its processor seconds."""
         def limits():
             resource.setrlimit(resource.RLIMIT_CPU, (int(limit) + 1, int(limit) + 2))
             resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
             resource.setrlimit(resource.RLIMIT_AS, (8 << 30, 8 << 30))
         before = time.monotonic()
-        environment = dict(os.environ, LD_LIBRARY_PATH=folder)
         scratch = os.path.join(folder, "scratch")
         shutil.rmtree(scratch, ignore_errors=True)
         os.makedirs(scratch)
-        environment["TMPDIR"] = scratch
-        process = subprocess.Popen([os.path.join(self.work, name)], cwd=scratch, env=environment,
-                                   stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
-                                   stdin=subprocess.DEVNULL, preexec_fn=limits)
-        # one that sleeps for ever uses no processor time
-        timer = threading.Timer(20 * limit + 60, process.kill)
-        timer.start()
-        _, code, usage = os.wait4(process.pid, 0)
-        timer.cancel()
-        process.returncode = code
+        environment = dict(os.environ, TMPDIR=scratch, OPENBLAS_NUM_THREADS="1")
+        with subprocess.Popen([program], cwd=scratch, env=environment, stdout=subprocess.DEVNULL,
+                              stderr=subprocess.DEVNULL, stdin=subprocess.DEVNULL, preexec_fn=limits) as process:
+            # one that sleeps for ever uses no processor time
+            timer = threading.Timer(20 * limit + 60, process.kill)
+            timer.start()
+            _, code, usage = os.wait4(process.pid, 0)
+            timer.cancel()
+            process.returncode = code
         return code == 0, usage.ru_utime + usage.ru_stime if code == 0 else time.monotonic() - before
 
 
 def order(bench, seconds, path):
     """The tests for a mutant of a source: those with its name, of its folder, the rest."""
-    folder = os.path.dirname(path)
+    folder = path.split("/")[0]
     stem = os.path.splitext(os.path.basename(path))[0]
     def rank(name):
         same_word, same_folder = stem.split("_")[0] in name, bench.where[name] == folder
         # a test of a second is soon run whatever it is about
-        near = 0 if stem in name else 1 if (same_word or same_folder) and seconds[name] < 2 \
+        near = 0 if stem in name or (path, name) in bench.noticed and seconds[name] < 2 \
+            else 1 if (same_word or same_folder) and seconds[name] < 2 \
             else 2 if seconds[name] < 1 else 3 if same_word or same_folder else 4
-        return (near, seconds[name])
+        return (near, (seconds[name] + 0.1) / (1 + bench.noticed.get((path, name), 0)))
     return sorted(seconds, key=rank)
 
 
@@ -285,11 +266,8 @@ def try_mutant(bench, seconds, mutant, slot, near, first):
     changed = text[:start] + new + text[end:]
 
     # a part that kernels include is compiled with those that this machine runs
-    units = [path] if path.endswith(".c") else \
-        [c for c, parts in bench.deps.items() if path in parts and
-         not any(k in c for k in FOREIGN_KERNELS)]
-    objects, same = dict(bench.objects), True
-    for unit in units:
+    objects, same = [], True
+    for unit in bench.users(path):
         source = os.path.join(folder, os.path.basename(unit))
         if unit == path:
             body = changed
@@ -307,21 +285,22 @@ def try_mutant(bench, seconds, mutant, slot, near, first):
         output = source + ".o"
         if bench.compile(unit, source, output).returncode != 0:
             return "no-compile", ""
-        with open(output, "rb") as a, open(bench.objects[unit], "rb") as b:
-            same = same and code_of(output) == code_of(bench.objects[unit])
-        objects[unit] = output
+        same = same and code_of(output) == code_of(bench.unchanged(unit))
+        objects.append(output)
     if same:
         return "same-code", ""
-    bench.link(list(objects.values()), os.path.join(folder, "libthrum_mutant.so"))
     spent = 0.0
     names = sorted(order(bench, seconds, path), key=lambda name: name != first)
     for name in names:
         spent += seconds[name]
         if spent > near and name != names[0]:
             break
-        passed, _ = bench.test(name, folder, 3 * seconds[name] + 2)
+        program = bench.link(name, objects, folder)
+        passed, _ = bench.test(program, folder, 3 * seconds[name] + 2)
+        os.unlink(program)
         if not passed:
             bench.must_pass(name)
+            bench.noticed[path, name] = bench.noticed.get((path, name), 0) + 1
             return "killed", name
     return "survived", ""
 
@@ -348,22 +327,25 @@ def code_of(path):
 
 
 def draw(options):
-    """The mutants that are tried: (path, kind, start, end, replacement, text)."""
+    """All mutants, (path, kind, start, end, replacement, text), and those of the draw."""
     everything = []
-    paths = sorted(glob.glob(os.path.join(ROOT, "core/*/*.c")) +
-                   glob.glob(os.path.join(ROOT, "runtime/*/*.c")) +
-                   glob.glob(os.path.join(ROOT, "contact/*.c")) +
-                   glob.glob(os.path.join(ROOT, "runtime/*/*.inl")))
-    for full in paths:
+    for full in sorted(sum((glob.glob(os.path.join(ROOT, p)) for p in SOURCES), [])):
         path = os.path.relpath(full, ROOT)
-        if any(k in path for k in FOREIGN_KERNELS) or options.only not in path:
+        if any(k in path for k in FOREIGN_KERNELS) or not any(part in path for part in options.only):
             continue
         with open(full, encoding="utf-8") as file:
             text = file.read()
         for kind, start, end, new in sites(text):
             everything.append((path, kind, start, end, new, text))
     random.Random(options.seed).shuffle(everything)
-    return everything
+    if options.each is None:
+        return everything, everything[:options.count]
+    drawn, left = [], {}
+    for mutant in everything:
+        left[mutant[0]] = left.get(mutant[0], options.each) - 1
+        if left[mutant[0]] >= 0:
+            drawn.append(mutant)
+    return everything, drawn
 
 
 def key_of(mutant):
@@ -410,14 +392,17 @@ def write_rows(path, rows):
 
 
 def summary(rows, total):
-    """The table of the record."""
+    """The tables of the record."""
     print("%d mutants are possible, %d were tried" % (total, len(rows)))
     kinds = ("sign", "index", "comparison", "constant")
+    outcomes = ("killed", "survived", "equivalent", "same-code", "no-compile")
     print("| | killed | survived | share killed | equivalent | same code | do not compile |")
     print("|---|---|---|---|---|---|---|")
-    for name, part in [(k, [r for r in rows if r[1] == k]) for k in kinds] + [("all", rows)]:
-        count = {o: sum(r[3] == o for r in part)
-                 for o in ("killed", "survived", "equivalent", "same-code", "no-compile")}
+    files = sorted({r[0].split(":")[0] for r in rows})
+    parts = [(k, [r for r in rows if r[1] == k]) for k in kinds] + [("all", rows)]
+    parts += [(f, [r for r in rows if r[0].startswith(f + ":")]) for f in files]
+    for name, part in parts:
+        count = {o: sum(r[3] == o for r in part) for o in outcomes}
         tried = count["killed"] + count["survived"]
         print("| %s | %d | %d | %s | %d | %d | %d |" % (
             name, count["killed"], count["survived"],
@@ -431,7 +416,8 @@ def read_options():
     parser.add_argument("out")
     parser.add_argument("--count", type=int, default=300)
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--only", default="")
+    parser.add_argument("--each", type=int)
+    parser.add_argument("--only", nargs="+", default=[""])
     parser.add_argument("--list")
     parser.add_argument("--again", action="store_true")
     parser.add_argument("--seconds", type=float, default=1e9)
@@ -440,12 +426,11 @@ def read_options():
     return parser.parse_args()
 
 
-def choose(options, rows, everything):
+def choose(options, rows, everything, drawn):
     """Which mutants are tried, each with the test that is to be first, and all rows by key."""
     listed = read_rows(options.list) if options.list else rows
     known = {} if options.again else {"\t".join(r[:3]): r for r in rows}
     if not options.list and not options.again:
-        drawn = everything[:options.count]
         return [(m, "") for m in drawn if key_of(m) not in known], known
 
     # rows move with their lines; one of a list says nothing yet
@@ -467,9 +452,9 @@ def main():
     record = os.path.join(options.out, "mutants.tsv")
 
     # those of an earlier call are not tried again, or are all that is
-    everything = draw(options)
+    everything, drawn = draw(options)
     rows = read_rows(record) if os.path.exists(record) else []
-    mutants, rows = choose(options, rows, everything)
+    mutants, rows = choose(options, rows, everything, drawn)
 
     bench = Bench(options.build, os.path.join(options.out, "work"))
     seconds = bench.prepare()
