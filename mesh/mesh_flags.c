@@ -20,6 +20,7 @@ static const double DISTANCE_FAR = 1e5;
 /* Linear tets lock towards incompressibility; nearly all of them touching the surface with all
  * their corners leaves none to bend. */
 static const double POISSON_LOCKS = 0.45, SHALLOW_SHARE = 0.9;
+static const double GRAVITY = 9.81; /* [m/s^2] */
 /* A tet as flat as this spoils the stiffness and the critical time step. */
 static const double RATIO_SLIVER = 0.05;
 
@@ -51,6 +52,13 @@ int64_t thrum_mesh_odd_modulus(const thrum_mesh *mesh) {
     if (is_odd_modulus(&mesh->materials[i]))
       return i;
   return -1;
+}
+
+double thrum_mesh_weight_strain(const thrum_mesh *mesh, double longest) {
+  double most = 0;
+  for (int64_t i = 0; i < mesh->region_count && mesh->has_material; i++)
+    most = fmax(most, mesh->materials[i].density * GRAVITY * longest / mesh->materials[i].young);
+  return most;
 }
 
 /* Advises on a length: materials in millimetres, tonnes and seconds come with it, or lengths are

@@ -32,6 +32,9 @@ int64_t thrum_mesh_odd_density(const thrum_mesh *mesh);
 /* The first region of a Young's modulus that no solid has, by itself or at its density; -1: none.
  */
 int64_t thrum_mesh_odd_modulus(const thrum_mesh *mesh);
+/* By how much of its length a column of the material, as long as the body's longest side, is
+ * compressed at its foot by its own weight on Earth: rho g L / E, the most of all regions. */
+double thrum_mesh_weight_strain(const thrum_mesh *mesh, double longest);
 /* One line for a person on a flag: what, how much, and what to do. Returns `line`. The density and
  * the modulus need no `examined`. */
 const char *thrum_mesh_flag_line(const thrum_mesh *mesh, const thrum_mesh_examined *examined,

@@ -124,6 +124,8 @@ static thrum_status kept_path(const char *text, const mesh_model_def *def,
   }
   if (needs_points(def) && def->yield > 0)
     hash = hash_bytes(hash, &def->yield, sizeof def->yield);
+  if (def->whole)
+    hash = hash_bytes(hash, "whole", sizeof "whole");
 
   // those of old runs make room
   cache_trim(folder, "mesh-", KEPT_BYTES, KEPT_SECONDS);
@@ -170,7 +172,10 @@ thrum_status mesh_model_load(const char *text, const mesh_model_def *def, bool q
   request.options.shared = request.options.cubature ? NULL : def->shared;
   if (def->yield > 0)
     request.options.cubature_yield = def->yield;
-  if (status >= 0 && !quiet)
+  if (def->whole) {
+    request.options.modes = 2;
+    request.options.rank = 4;
+  } else if (status >= 0 && !quiet)
     fprintf(
         stderr,
         "thrum: precomputing %s, as every run of a mesh does (thrum precompute writes a model to "

@@ -15,7 +15,8 @@
 typedef struct mesh_model_def {
   const char *fixes[MESH_MODEL_FIXES_MAX];
   int64_t fix_count;
-  bool free;                                       /* nothing is to be held: no warning of it */
+  bool free;  /* nothing is to be held: no warning of it */
+  bool whole; /* only the mesh is wanted: two modes alone, so that making it costs little */
   thrum_material material;                         /* a field is NaN where the mesh's own stays */
   const char *materials[MESH_MODEL_MATERIALS_MAX]; /* texts of region_material.h */
   int64_t material_count;

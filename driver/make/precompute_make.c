@@ -123,6 +123,8 @@ static thrum_status apply_material(precompute_request *request, thrum_mesh *mesh
   mesh->has_material = true;
   mesh_warn_materials(mesh, path_basename(request->mesh_name), request->reading.unit);
   mesh_warn_poisson(mesh, path_basename(request->mesh_name));
+  if (strncmp(request->mesh_name, "beam:", 5) == 0)
+    mesh_warn_weight(mesh, path_basename(request->mesh_name), &request->reading);
   return THRUM_OK;
 }
 

@@ -2,6 +2,7 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "driver/model/mesh_warnings.h"
 
+#include <math.h>
 #include <string.h>
 
 #include "config/message.h"
@@ -11,6 +12,12 @@
 /* The first frequencies of beams of ten nodes, 5 and 33 times as long as thick, are off from the
  * limit of 1/2 by 2e-5 and 1e-3 at 0.4999999, 2e-5 and 3e-2 at 0.49999999. */
 #define ROUNDED_POISSON 0.49999
+
+/* Solids that carry themselves are compressed by less than a hundredth by their own weight, rubber
+ * buffers and gels of the kitchen by up to a tenth; those of a few metres may be seen without it.
+ */
+#define CRUSHED 0.1
+#define LONG 10.0 /* [m] */
 
 void mesh_warnings_print(const thrum_mesh *mesh, const char *name,
                          const thrum_mesh_read_options *reading) {
@@ -75,6 +82,27 @@ void mesh_warn_materials(const thrum_mesh *mesh, const char *name, const char *u
     warn_material(mesh, name, unit, THRUM_EXAMINE_DENSITY);
   else if (thrum_mesh_odd_modulus(mesh) >= 0)
     warn_material(mesh, name, unit, THRUM_EXAMINE_MODULUS);
+}
+
+void mesh_warn_weight(const thrum_mesh *mesh, const char *name,
+                      const thrum_mesh_read_options *reading) {
+  // the longest side
+  double longest = 0;
+  for (int axis = 0; axis < 3; axis++) {
+    double low = INFINITY, high = -INFINITY;
+    for (int64_t v = 0; v < mesh->vertex_count; v++) {
+      low = fmin(low, mesh->vertices[3 * v + axis]);
+      high = fmax(high, mesh->vertices[3 * v + axis]);
+    }
+    longest = fmax(longest, high - low);
+  }
+
+  const double strain = thrum_mesh_weight_strain(mesh, longest);
+  if (strain > CRUSHED && longest > LONG && reading->scale == 1)
+    config_warn("%s: the body is %.3g m long, and a column of this material and length would be "
+                "compressed by %.0f %% by its own weight: are its lengths in millimetres? --scale "
+                "0.001",
+                name, longest, 100 * strain);
 }
 
 void mesh_warn_poisson(const thrum_mesh *mesh, const char *name) {

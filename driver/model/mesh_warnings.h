@@ -22,6 +22,11 @@ void mesh_notes_object(cJSON *object, const thrum_mesh *mesh);
  * `unit`: that of the file, as --unit says; NULL: it was not said. */
 void mesh_warn_materials(const thrum_mesh *mesh, const char *name, const char *unit);
 
+/* Asks whether a generated body is in metres that could not bear its own weight, at its materials.
+ */
+void mesh_warn_weight(const thrum_mesh *mesh, const char *name,
+                      const thrum_mesh_read_options *reading);
+
 /* Warns of Poisson's ratios so near 1/2 that rounding is felt. */
 void mesh_warn_poisson(const thrum_mesh *mesh, const char *name);
 

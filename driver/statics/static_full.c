@@ -78,13 +78,22 @@ static void add_turn(const static_request *request, const static_move *move,
   }
 }
 
-static void add_follower(const static_request *request, const static_move *move,
-                         const int32_t *vertices, int64_t count, search *s) {
+static thrum_status add_follower(const static_request *request, const static_move *move,
+                                 const int32_t *vertices, int64_t count, search *s,
+                                 thrum_error *error) {
   thrum_full_follower *one = &s->followers[s->loading.follower_count++];
   *one = (thrum_full_follower){.vertices = vertices, .count = count};
   double *into = move->kind == STATIC_MOMENT ? one->moment : one->force;
   for (int axis = 0; axis < 3; axis++)
     into[axis] = request->def.factor * move->by[axis];
+
+  // a group that tells no rotation is named here, where it is known which option has it
+  const thrum_full_loading alone = {.followers = one, .follower_count = 1};
+  full_followers made = {0};
+  THRUM_TRY(config_error_in(error, full_followers_make(&alone, s->model->vertices, &made, error),
+                            "--%s '%.100s'", static_move_names[move->kind], move->text));
+  full_followers_free(&made);
+  return THRUM_OK;
 }
 
 static thrum_status take_moves(const static_request *request, const thrum_model *model, search *s,
@@ -108,7 +117,7 @@ static thrum_status take_moves(const static_request *request, const thrum_model 
     if (move->kind == STATIC_ROTATE)
       add_turn(request, move, at->list, at->count, s);
     if (move->kind >= STATIC_FOLLOW)
-      add_follower(request, move, at->list, at->count, s);
+      THRUM_TRY(add_follower(request, move, at->list, at->count, s, error));
   }
 
   s->loading.forces = s->forces;

@@ -239,5 +239,8 @@ int static_options_read(int argc, char **argv, static_request *request) {
     return config_usage("static", "under which load? such as --load gravity:0,0,-9.81");
   if (request->target_count == 0)
     default_targets(request);
+
+  // of a model only q needs more than the mesh, and two modes that a search for less energy takes
+  request->mesh_def.whole = request->full && request->output == NULL && request->from == NULL;
   return check_names(request);
 }

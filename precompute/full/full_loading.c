@@ -155,7 +155,8 @@ static thrum_status forces_at_rest(const thrum_full_follower *follower, const do
   if (!solve3(inertia, follower->moment, spin))
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "a load that turns with its group needs vertices in a plane or in "
-                           "space; these %lld lie on a line",
+                           "space, and these %lld lie on a line: name a larger group, such as a "
+                           "whole face",
                            (long long)follower->count);
 
   for (int64_t k = 0; k < follower->count; k++) {

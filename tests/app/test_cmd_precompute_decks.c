@@ -127,6 +127,29 @@ static void every_command_asks_once_for_the_unit_of_a_long_body(void **state) {
   unsetenv("THRUM_VIEWER");
 }
 
+/* A generated body is asked about where it could not carry itself: not a bridge of steel, nor
+ * jelly. */
+static void a_beam_that_its_weight_would_crush_is_asked_for_its_unit(void **state) {
+  (void)state;
+  static const struct {
+    int asked;
+    const char *options[4];
+  } cases[] = {{1, {"beam:4x1x1@1000x100x100"}},
+               {0, {"beam:4x1x1@1000x100x100", "--scale", "0.001"}},
+               {0, {"beam:4x1x1@1000x100x100", "--young", "2e11"}},
+               {0, {"beam:4x1x1@40x10x10"}},
+               {0, {"beam:4x1x1@9x1x1", "--young", "1e4"}}};
+  for (size_t n = 0; n < sizeof cases / sizeof *cases; n++) {
+    const char *const *o = cases[n].options;
+    program_result run =
+        thrum_run(folder, "precompute", "--dry-run", "--order", "1", o[0], o[1], o[2], o[3], NULL);
+    assert_int_equal(run.exit_code, 0);
+    if (count_of(run.err, "are its lengths in millimetres?") != cases[n].asked)
+      fail_msg("%s: %s", o[0], run.err);
+    program_result_free(&run);
+  }
+}
+
 /* A unit is that of the file, not of options. */
 static void options_in_the_unit_of_the_file_are_told_to_be_in_si(void **state) {
   (void)state;
@@ -327,6 +350,7 @@ int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_unit_is_that_of_lengths_and_materials),
       cmocka_unit_test(every_command_asks_once_for_the_unit_of_a_long_body),
+      cmocka_unit_test(a_beam_that_its_weight_would_crush_is_asked_for_its_unit),
       cmocka_unit_test(options_in_the_unit_of_the_file_are_told_to_be_in_si),
       cmocka_unit_test(each_region_may_have_a_material_of_its_own),
       cmocka_unit_test(the_full_order_takes_unit_regions_and_order_of_a_mesh_too),

@@ -175,6 +175,15 @@ static void a_mesh_is_taken_whole(void **state) {
   assert_true(json_value(whole, "components") == 12);
   cJSON_Delete(whole);
 
+  // the mesh is made no model of, but for q; what only a mesh tells of an option is said with it
+  program_result straight = thrum_run(folder, "static", mesh, "--fix", "x<0.001", "--full",
+                                      "--moment", "0,-1,0@tip", NULL);
+  assert_int_equal(straight.exit_code, 1);
+  assert_null(strstr(straight.err, "thrum precompute"));
+  assert_non_null(strstr(straight.err, "--moment '0,-1,0@tip': "));
+  assert_non_null(strstr(straight.err, "these 1 lie on a line"));
+  program_result_free(&straight);
+
   // without --full a mesh is refused, and the message names the option
   program_result run = thrum_run(folder, "static", mesh, "--load", "gravity:0,0,-9.81", NULL);
   assert_int_equal(run.exit_code, 2);

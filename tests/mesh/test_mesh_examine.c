@@ -191,6 +191,17 @@ static void units_places_and_materials_out_of_the_ordinary_are_flagged(void **st
   }
 }
 
+/* The strain at the foot of a column is its weight over its section and Young's modulus. */
+static void a_column_is_compressed_by_its_own_weight(void **state) {
+  (void)state;
+  thrum_mesh mesh = beam("beam:3x1x1@1x0.1x0.1");
+  mesh.materials[0] = (thrum_material){2e11, 0.3, 7850};
+  assert_true(fabs(thrum_mesh_weight_strain(&mesh, 100) - 7850 * 9.81 * 100 / 2e11) < 1e-18);
+  mesh.has_material = false;
+  assert_true(thrum_mesh_weight_strain(&mesh, 100) == 0);
+  thrum_mesh_free(&mesh);
+}
+
 static void cells_are_counted_over_the_thickness(void **state) {
   (void)state;
   static const struct {
@@ -350,6 +361,7 @@ int main(void) {
       cmocka_unit_test(pieces_and_hinges_are_flagged),
       cmocka_unit_test(vertices_on_top_of_each_other_are_flagged),
       cmocka_unit_test(units_places_and_materials_out_of_the_ordinary_are_flagged),
+      cmocka_unit_test(a_column_is_compressed_by_its_own_weight),
       cmocka_unit_test(cells_are_counted_over_the_thickness),
       cmocka_unit_test(thin_and_flat_meshes_are_flagged),
       cmocka_unit_test(repairs_are_flagged),

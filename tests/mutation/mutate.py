@@ -137,7 +137,7 @@ class Bench:
         self.build = os.path.abspath(build)
         self.work = os.path.abspath(work)
         os.makedirs(self.work, exist_ok=True)
-        self.commands, self.links, self.where, self.noticed = {}, {}, {}, {}
+        self.commands, self.links, self.where, self.noticed, self.symbols = {}, {}, {}, {}, {}
         self.passed = set()
         self.lock = threading.Lock()
         with open(os.path.join(self.build, "compile_commands.json"), encoding="utf-8") as file:
@@ -182,6 +182,14 @@ class Bench:
                 for word in listed.replace("\\\n", " ").split():
                     self.parts.setdefault(os.path.relpath(word, ROOT), []).append(path)
         return [c for c in self.parts.get(part, []) if not any(k in c for k in FOREIGN_KERNELS)]
+
+    def concerns(self, name, objects):
+        """Whether a test of the build has any function of these objects in it."""
+        for path in [os.path.join(self.build, "tests", name)] + objects:
+            if path not in self.symbols:
+                rows = [line.split() for line in run(["nm", "--defined-only", path]).stdout.splitlines()]
+                self.symbols[path] = {row[2] for row in rows if len(row) == 3 and row[1] in "TW"}
+        return any(self.symbols[os.path.join(self.build, "tests", name)] & self.symbols[o] for o in objects)
 
     def prepare(self):
         """Finds the tests, and measures those that an earlier call did not; {test: processor seconds}."""
@@ -244,8 +252,8 @@ class Bench:
         return code == 0, usage.ru_utime + usage.ru_stime if code == 0 else time.monotonic() - before
 
 
-def order(bench, seconds, path):
-    """The tests for a mutant of a source: those with its name, of its folder, the rest."""
+def order(bench, seconds, path, units):
+    """The tests that have something of a mutant's sources in them: those with its name, of its folder, the rest."""
     folder = path.split("/")[0]
     stem = os.path.splitext(os.path.basename(path))[0]
     def rank(name):
@@ -255,7 +263,8 @@ def order(bench, seconds, path):
             else 1 if (same_word or same_folder) and seconds[name] < 2 \
             else 2 if seconds[name] < 1 else 3 if same_word or same_folder else 4
         return (near, (seconds[name] + 0.1) / (1 + bench.noticed.get((path, name), 0)))
-    return sorted(seconds, key=rank)
+    objects = [bench.unchanged(unit) for unit in units]
+    return sorted((name for name in seconds if bench.concerns(name, objects)), key=rank)
 
 
 def try_mutant(bench, seconds, mutant, slot, near, first):
@@ -266,8 +275,8 @@ def try_mutant(bench, seconds, mutant, slot, near, first):
     changed = text[:start] + new + text[end:]
 
     # a part that kernels include is compiled with those that this machine runs
-    objects, same = [], True
-    for unit in bench.users(path):
+    objects, same, units = [], True, bench.users(path)
+    for unit in units:
         source = os.path.join(folder, os.path.basename(unit))
         if unit == path:
             body = changed
@@ -290,7 +299,7 @@ def try_mutant(bench, seconds, mutant, slot, near, first):
     if same:
         return "same-code", ""
     spent = 0.0
-    names = sorted(order(bench, seconds, path), key=lambda name: name != first)
+    names = sorted(order(bench, seconds, path, units), key=lambda name: name != first)
     for name in names:
         spent += seconds[name]
         if spent > near and name != names[0]:
