@@ -333,7 +333,7 @@ static thrum_status change(thrum_scene *scene, int32_t number, const scene_model
   return THRUM_OK;
 }
 
-static thrum_status update(thrum_scene *scene, int32_t number, thrum_error *error) {
+static thrum_status look_and_change(thrum_scene *scene, int32_t number, thrum_error *error) {
   scene_body *body = scene->bodies[number];
   scene_detail *detail = body->detail;
   double q[THRUM_RANK_MAX];
@@ -350,6 +350,21 @@ static thrum_status update(thrum_scene *scene, int32_t number, thrum_error *erro
   const scene_model *to =
       look(scene, body, before, q) && !touches ? detail->followed : detail->whole;
   return to == body->derived ? THRUM_OK : change(scene, number, to, q, error);
+}
+
+/* The same, or all that was seen of the body stays as it was. */
+static thrum_status update(thrum_scene *scene, int32_t number, thrum_error *error) {
+  const scene_body *body = scene->bodies[number];
+  const size_t bytes = (size_t)body->model->rank * sizeof(double);
+  const scene_seen seen = body->detail->seen;
+  double last[THRUM_RANK_MAX];
+  memcpy(last, body->detail->last, bytes);
+  const thrum_status status = look_and_change(scene, number, error);
+  if (status < 0) {
+    body->detail->seen = seen;
+    memcpy(body->detail->last, last, bytes);
+  }
+  return status;
 }
 
 thrum_status thrum_scene_update_detail(thrum_scene *scene, thrum_error *error) {

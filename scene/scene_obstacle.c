@@ -10,6 +10,16 @@
 
 #include <string.h>
 
+/* Copies an obstacle without what the caller's memory has between its members: snapshots hold it.
+ */
+static void put(thrum_obstacle *to, const thrum_obstacle *from) {
+  memset(to, 0, sizeof *to);
+  to->cookie = from->cookie;
+#define COPY(where, kind, name, ...) memcpy(&to->name, &from->name, sizeof to->name);
+  THRUM_OBSTACLE_FIELDS(COPY)
+#undef COPY
+}
+
 /* Makes the contacts that bodies have not got yet; all of them or none. */
 static thrum_status make_contacts(thrum_scene *scene, thrum_error *error) {
   thrum_status status = THRUM_OK;
@@ -45,8 +55,8 @@ thrum_status thrum_scene_add_obstacle(thrum_scene *scene, const thrum_obstacle *
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for an obstacle");
 
   // bodies that could touch nothing before need a contact now
-  scene->obstacles[scene->obstacle_count] = *obstacle;
-  scene->obstacle_starts[scene->obstacle_count] = *obstacle;
+  put(&scene->obstacles[scene->obstacle_count], obstacle);
+  put(&scene->obstacle_starts[scene->obstacle_count], obstacle);
   scene->obstacle_count++;
   thrum_status status = make_contacts(scene, error);
   if (status < 0) {
@@ -83,8 +93,8 @@ thrum_status thrum_scene_set_obstacle(thrum_scene *scene, int32_t number,
   THRUM_TRY(check_number(scene, number, error));
   THRUM_TRY(scene_fields_check(THRUM_SCENE_RECORD_OBSTACLE, obstacle, error));
   THRUM_TRY(thrum_obstacle_check(obstacle, number, error));
-  scene->obstacles[number] = *obstacle;
-  scene->obstacle_starts[number] = *obstacle;
+  put(&scene->obstacles[number], obstacle);
+  put(&scene->obstacle_starts[number], obstacle);
   scene->stirred++;
   return THRUM_OK;
 }

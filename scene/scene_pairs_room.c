@@ -151,7 +151,8 @@ static void trim(thrum_scene *scene) {
   }
 }
 
-thrum_status scene_pairs_equip(thrum_scene *scene, thrum_error *error) {
+/* Contacts, skins and room for all that touches or is linked. */
+static thrum_status equip_all(thrum_scene *scene, thrum_error *error) {
   thrum_status status = THRUM_OK;
   scene->pairs.def = scene->collides || scene->pairs.contact != NULL
                          ? scene->pairs.def
@@ -161,16 +162,13 @@ thrum_status scene_pairs_equip(thrum_scene *scene, thrum_error *error) {
         scene_collides(scene, scene->bodies[n], scene->bodies[n]->derived))
       status = equip(scene, scene->bodies[n], error);
   THRUM_THEN(status, scene_pairs_room(scene, NULL, NULL, error));
-  trim(scene);
   return status;
 }
 
-/* Forgets all touches between bodies. */
-static void forget(thrum_scene *scene) {
-  scene->collides = false;
+thrum_status scene_pairs_equip(thrum_scene *scene, thrum_error *error) {
+  const thrum_status status = equip_all(scene, error);
   trim(scene);
-  free(scene->pairs.contact);
-  scene->pairs.contact = NULL;
+  return status;
 }
 
 thrum_status thrum_scene_set_collisions(thrum_scene *scene, const thrum_contact_pairs_def *def,
@@ -187,13 +185,26 @@ thrum_status thrum_scene_set_collisions(thrum_scene *scene, const thrum_contact_
   checked.member_max = checked.vertex_max = checked.node_max = checked.rank_max = 1;
   checked.link_max = 0;
   THRUM_TRY(thrum_contact_pairs_size(&checked, &size, error));
-  forget(scene);
+
+  // the touches that there are come back where there is no memory for new ones
+  scene_pairs *pairs = &scene->pairs;
+  const thrum_contact_pairs_def def_before = pairs->def;
+  thrum_contact_pairs *const contact_before = pairs->contact;
+  const size_t size_before = pairs->size;
+  const bool collided = scene->collides;
   scene->collides = def != NULL;
-  scene->pairs.def = checked;
-  const thrum_status status = scene_pairs_equip(scene, error);
-  if (status < 0)
-    forget(scene);
-  scene->revision++;
+  pairs->contact = NULL;
+  pairs->def = checked;
+  const thrum_status status = equip_all(scene, error);
+  free(status < 0 ? pairs->contact : contact_before);
+  if (status < 0) {
+    scene->collides = collided;
+    pairs->contact = contact_before;
+    pairs->def = def_before;
+    pairs->size = size_before;
+  } else
+    scene->revision++;
+  trim(scene);
   return status;
 }
 

@@ -44,9 +44,12 @@ thrum_status scene_rebuild(thrum_scene *scene, scene_body *body, const thrum_sta
   }
   THRUM_THEN(status, scene_make_room(scene, scene->body_count, error));
   THRUM_THEN(status, scene_skin_take(scene, body, derived, &skin, error));
-  THRUM_THEN(status, scene_pairs_room(scene, body, skin, error));
   THRUM_THEN(status, scene_touch_make(scene, body, derived, state, &touch, error));
+
+  // room for its touches, which snapshots know, comes last
+  THRUM_THEN(status, scene_pairs_room(scene, body, skin, error));
   if (status < 0) {
+    scene_touch_free(touch);
     scene_skin_drop(scene, skin);
     thrum_state_destroy(state);
     scene_model_drop(scene, derived);

@@ -39,7 +39,8 @@ CONSTANTS = [
     ("contact/contact_pairs_solve.c", {"HARDER": "1", "DEEP": NEVER}),
     ("contact/contact_pairs_energy.c", {"ROUNDING": "0", "TOO_DEEP": NEVER}),
     ("contact/contact_pairs_rows.c", {"DEEPEST": NEVER, "HALFWAY": "0"}),
-    ("contact/contact_pairs_search.c", {"NEAR": "0", "MARGIN": "0", "STANDS_OUT": "0", "SHARP": "0", "FLAT": "0", "ASKEW": "0"}),
+    ("contact/contact_pairs_search.c", {"NEAR": "0", "MARGIN": "0", "STANDS_OUT": "0", "SHARP": "0", "ASKEW": "0"}),
+    ("contact/contact_skin.h", {"THRUM_SKIN_FLAT": "0"}),
     ("contact/contact_pairs_step.c", {"SEARCHES_MAX": "1", "TURNS_MAX": "1", "TURNED": "0", "MISSED": "0"}),
     ("contact/contact_pairs_solid.c", {"HALF_TURN": "0"}),
     ("contact/contact_distance.c", {"ADVANCES_MAX": "6400", "CLOSE_ENOUGH": "1e-9"}),
@@ -136,7 +137,7 @@ def make_model(program, options, work):
 
 def cases_of(file):
     """The cases in which a constant can act: scenes, equilibria, or all where no file is named."""
-    return [*({} if file.startswith("statics") else scenes()), *({} if file.startswith("contact") else EQUILIBRIA)]
+    return [*({} if file.startswith("runtime/statics") else scenes()), *({} if file.startswith("contact") else EQUILIBRIA)]
 
 
 def try_all(program, work, name, file="", varied="", change=0.0):

@@ -582,7 +582,8 @@ THRUM_API thrum_status thrum_scene_set_eye(thrum_scene *scene, const double eye[
  * the validity of snapshots, and the energy of what no longer vibrates is lost. Call it every few
  * steps, at equal distances, and before the next step where a call has changed what acts on bodies:
  * loads on still bodies are looked at for twice the steps since the last update, 256 at most, so
- * that they find all coordinates stepped. It costs some operations for each coordinate and load. */
+ * that they find all coordinates stepped. It costs some operations for each coordinate and load.
+ * THRUM_OUT_OF_MEMORY leaves the body that it came to, and those behind it, as they were. */
 THRUM_API thrum_status thrum_scene_update_detail(thrum_scene *scene, thrum_error *error);
 
 /* The level of detail of a body: what it has done since it was set. */
