@@ -4,9 +4,11 @@
 usage: tests/docs/test_tuning.py [ROOT]    exit 1 with the differences
 
 A row of a table there begins with | `NAME` | `VALUE` | `FILE` |, FILE with its folders. The test fails for a
-constant without a row, for a row without a constant, and for a row with another value than the code.
+constant without a row, for a row without a constant, and for a row with another value than the code. The scripts
+that put constants out of effect, and their results, name constants that there are.
 SPDX-License-Identifier: Apache-2.0
 """
+import csv
 import pathlib
 import re
 import sys
@@ -56,10 +58,23 @@ def differences(code, page, twice):
         yield f"docs/tuning.md: {key[1]} of {key[0]} has two rows"
 
 
+def tried(code):
+    """The constants of validation/without_*constants.py and of their results that the code has not."""
+    known = {(pathlib.PurePath(file).name, name) for file, name in code}
+    for script in sorted((ROOT / "validation").glob("without_*constants.py")):
+        listed = re.findall(r'"([\w/]+\.[ch])", \{(.*?)\}', script.read_text(encoding="utf-8"), re.DOTALL)
+        names = [(script.name, file, name) for file, text in listed for name in re.findall(r'"(\w+)":', text)]
+        with open(ROOT / "validation" / "results" / f"{script.stem}.csv", encoding="utf-8") as table:
+            names += [(f"{script.stem}.csv", row["file"], row["constant"]) for row in csv.DictReader(table)]
+        for where, file, name in names:
+            if (pathlib.PurePath(file).name, name) not in known:
+                yield f"validation, {where}: {name} is not a numeric #define of {file}"
+
+
 def main():
     code = constants()
     page, twice = rows()
-    wrong = list(differences(code, page, twice))
+    wrong = list(differences(code, page, twice)) + list(tried(code))
     print("\n".join(wrong) if wrong else f"{len(code)} constants, all in docs/tuning.md")
     return 1 if wrong or not code else 0
 
