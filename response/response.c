@@ -31,6 +31,7 @@
 #define EASY 4           /* iterations of a point after which the step may grow */
 #define TURN_MOST 0.95   /* product of two directions: a sharper turn asks for a shorter step */
 #define AWAY_MOST 0.2    /* of a step: a point further from its guess may be of another curve */
+#define CLOSED_LEAST 8   /* points of a closed curve at least */
 #define RAMP 32          /* steps of the load where the first point is not found at once */
 #define SMALL 1e-3       /* share of nonlinear forces in the first motion of a backbone */
 #define SIZE_FIRST 100.0 /* by which its first motion is too small to measure steps by */
@@ -42,14 +43,15 @@ typedef struct curve {
   thrum_balance balance;
   thrum_corrector corrector;
   thrum_floquet floquet;
-  thrum_place first, now, next, at;
-  double *first_tangent, *normal, *tangent, *before, *tangent_at; /* directions */
+  thrum_place first, mark, now, next, at;
+  double *first_tangent, *mark_tangent, *normal, *tangent, *before, *tangent_at; /* directions */
   double *coefficients, *kept; /* for visits: all blocks, multipliers */
   double *unit;                /* rank of the shape */
   double step, step_before, arc;
   int32_t unstable;
   int sign;          /* of the determinant at the present point */
   int32_t crossings; /* branch points so far */
+  int32_t marked;    /* points behind the first one at which the mark was set; 0: it is not */
   int32_t begun;     /* points before the curve's first, of the other one at a branch point */
   bool crossed;      /* the last piece has come to the branch point that was asked for */
   bool given;        /* the first point was */
@@ -219,8 +221,9 @@ static void lay(curve *c, const thrum_model *model, const thrum_response_def *de
     thrum_floquet_lay(&c->floquet, room);
 
   // places and directions
-  double **const arrays[] = {&c->first.x, &c->now.x,   &c->next.x, &c->at.x,      &c->first_tangent,
-                             &c->normal,  &c->tangent, &c->before, &c->tangent_at};
+  double **const arrays[] = {&c->first.x, &c->mark.x, &c->mark_tangent,  &c->now.x,
+                             &c->next.x,  &c->at.x,   &c->first_tangent, &c->normal,
+                             &c->tangent, &c->before, &c->tangent_at};
   for (size_t i = 0; i < sizeof arrays / sizeof arrays[0]; i++)
     *arrays[i] = thrum_room_take(room, c->balance.unknowns + 1);
   c->coefficients = thrum_room_take(room, (2 * h + 1) * r);
@@ -495,10 +498,14 @@ static void measure_anew(curve *c) {
     c->before[i] *= c->corrector.size / length;
     c->first_tangent[i] *= c->corrector.size / length;
   }
+  for (int64_t i = 0; i < n && c->marked > 0; i++)
+    c->mark_tangent[i] *= c->corrector.size / length;
   c->corrector.size = length;
   thrum_direction_normalise(n + 1, c->normal);
   thrum_direction_normalise(n + 1, c->before);
   thrum_direction_normalise(n + 1, c->first_tangent);
+  if (c->marked > 0)
+    thrum_direction_normalise(n + 1, c->mark_tangent);
 }
 
 /* The next point one step ahead, in c->next with its direction in c->tangent. */
@@ -591,20 +598,36 @@ static bool ends(curve *c, bool *lost) {
   return true;
 }
 
-/* Whether the piece that was made passes the first point in its direction. */
-static bool closes(const curve *c) {
+/* Whether the piece that was made passes `place` in the direction there. */
+static bool passes(const curve *c, const thrum_place *place, const double *tangent) {
   const int64_t n = c->balance.unknowns;
   double away = 0, along = 0;
-  if (c->report.points - c->begun < 8 ||
-      thrum_direction_product(n + 1, c->tangent, c->first_tangent) < TURN_MOST)
+  if (thrum_direction_product(n + 1, c->tangent, tangent) < TURN_MOST)
     return false;
   for (int64_t i = 0; i <= n; i++) {
-    const double part = i < n ? (c->first.x[i] - c->now.x[i]) / c->corrector.size
-                              : (c->first.omega - c->now.omega) / c->corrector.width;
+    const double part = i < n ? (place->x[i] - c->now.x[i]) / c->corrector.size
+                              : (place->omega - c->now.omega) / c->corrector.width;
     away += part * part;
     along += part * c->normal[i];
   }
   return along > 0 && along <= c->step && away < 1.2 * along * along;
+}
+
+/* Whether the curve is back at its first point, or at a mark on the way: a curve may come to
+ * another that is closed. A mark is set where twice as many points are behind the last one. */
+static bool closes(curve *c) {
+  const int64_t n = c->balance.unknowns, behind = c->report.points - c->begun;
+  if (behind >= CLOSED_LEAST && passes(c, &c->first, c->first_tangent))
+    return true;
+  if (c->marked > 0 && behind >= c->marked + CLOSED_LEAST && passes(c, &c->mark, c->mark_tangent))
+    return true;
+  if (behind >= 2 * c->marked + CLOSED_LEAST) {
+    c->marked = (int32_t)behind;
+    c->mark.omega = c->now.omega;
+    memcpy(c->mark.x, c->now.x, (size_t)n * sizeof *c->mark.x);
+    memcpy(c->mark_tangent, c->normal, (size_t)(n + 1) * sizeof *c->mark_tangent);
+  }
+  return false;
 }
 
 /* Shows what is between c->now and c->next, and then that, or ends at the branch point that was
@@ -688,6 +711,7 @@ static void begin_here(curve *c) {
   memset(c->before, 0, (size_t)(n + 1) * sizeof *c->before);
   c->before[n] = 1;
   c->step_before = 0;
+  c->marked = 0;
   c->sign = thrum_corrector_sign(&c->corrector);
 }
 

@@ -756,6 +756,47 @@ static void a_symmetric_oscillator_swings_to_one_side_after_its_symmetry_breaks(
   assert_true(fabs(means[0] + means[1]) < 1e-9);
 }
 
+/* Duffing's subharmonic of a third: a closed curve of motions of three periods, apart from the
+ * motion of one. */
+static void an_isola_is_followed_from_a_start_until_it_closes(void **context) {
+  (void)context;
+  duffing o;
+  duffing_make(&o, 1, 0.1, 0.04, 8);
+  thrum_response_def def = thrum_default_response_def();
+  def.from = 1.15;
+  def.to = 6;
+  def.harmonics = 9;
+  def.periods = 3;
+  def.damping = &o.d;
+  def.load_cosine = &o.force;
+  size_t size = 0;
+  assert_int_equal(thrum_response_size(&o.model, &def, &size, NULL), THRUM_OK);
+  void *memory = aligned_alloc(64, size);
+  memset(memory, 0xff, size);
+  curve *c = random_alloc(1, sizeof *c);
+  c->rank = 1;
+  c->numbers = 19;
+
+  // a swing of a third of the load's frequency, and the linear answer to the load
+  double start[19] = {0};
+  start[1] = 1.5;
+  start[3] = o.force / (1 - 9 * def.from * def.from);
+  assert_int_equal(thrum_response(&o.model, &def, start, memory, size, keep, c, &c->report, NULL),
+                   THRUM_OK);
+  assert_int_equal(c->report.end, THRUM_RESPONSE_END_CLOSED);
+  assert_int_equal(c->report.folds, 2);
+  assert_true(c->report.balance < 1e-9);
+  double low = INFINITY, high = 0;
+  for (int n = 0; n < c->count; n++) {
+    low = fmin(low, c->points[n].omega);
+    high = fmax(high, c->points[n].omega);
+    assert_true(hypot(c->coefficients[n][1], c->coefficients[n][10]) > 0.5);
+  }
+  assert_true(low > 1 && high < def.to && high > 1.2 * low);
+  free(c);
+  free(memory);
+}
+
 static void refused(const thrum_model *model, const thrum_response_def *def, thrum_status status,
                     const char *says) {
   size_t size = 77;
@@ -926,6 +967,7 @@ int main(void) {
       cmocka_unit_test(a_curve_goes_on_along_the_other_one_at_a_branch_point),
       cmocka_unit_test(a_period_doubling_is_a_branch_point_of_two_periods),
       cmocka_unit_test(a_symmetric_oscillator_swings_to_one_side_after_its_symmetry_breaks),
+      cmocka_unit_test(an_isola_is_followed_from_a_start_until_it_closes),
       cmocka_unit_test(bad_input_is_refused),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);

@@ -8,7 +8,11 @@
  * damping in the first two modes by Rayleigh, 10 N at a quarter of the length (Li, Jain and Haller
  * 2023, Nonlinear analysis of forced mechanical systems with internal resonance using spectral
  * submanifolds, Part I, doi:10.1007/s11071-022-07714-x), from a mesh of 1,320 unknowns of flat
- * triangles.
+ * triangles. Arches: 640 x 6.4 x 32 of the beam's material, held at both ends, a cosine with a rise
+ * of 3.84, and a sine of the rise at which its first mode neither hardens nor softens (the same
+ * source as the beam). Plate: clamped, 1 x 1 x 0.01, nu 0.3, the frequency at which its middle
+ * swings by the thickness, over that at rest; beside a Ritz solution of von Karman's plate
+ * (validation/plate_ritz.py).
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include <math.h>
@@ -156,11 +160,145 @@ static thrum_status panel_rows(const published_sink *sink, int cells, thrum_erro
   return status;
 }
 
+/* --- arches ----------------------------------------------------------------------------------- */
+
+#define ARCH_LENGTH 640.0
+#define ARCH_THICKNESS 6.4
+
+static double sine_rise; /* over the thickness */
+
+static void bend_by_cosine(double x[3]) {
+  x[1] += 1.92 * (1 - cos(THRUM_TWO_PI * x[0] / ARCH_LENGTH));
+}
+static void bend_by_sine(double x[3]) {
+  x[1] += sine_rise * ARCH_THICKNESS * sin(THRUM_PI * x[0] / ARCH_LENGTH);
+}
+
+/* The normal form of the first mode of an arch that is held at both ends. */
+static thrum_status arch_form(int cells, int64_t modes, void (*map)(double x[3]), char mesh[64],
+                              thrum_normal_form *form, thrum_error *error) {
+  published_body body = {.fix = {"x<1e-3", "x>639.999"},
+                         .material = {160e3, 0.22, 2.32e-3},
+                         .map = map,
+                         .shell = true};
+  snprintf(body.mesh, sizeof body.mesh, "beam:%dx1x%d@640x6.4x32,hex", cells, cells / 16);
+  snprintf(mesh, 64, "%s", body.mesh);
+  thrum_precomputed made = {0};
+  THRUM_TRY(
+      published_precompute(&body, modes, modes + modes * (modes + 1) / 2, false, &made, error));
+  size_t size = 0;
+  void *memory = NULL;
+  thrum_status status = thrum_normal_form_size(&made.model, 0, &size, error);
+  THRUM_THEN(status, thrum_reserve_aligned(&memory, size, "the normal form", error));
+  THRUM_THEN(status, thrum_normal_form_find(&made.model, 0, 30, memory, size, form, error));
+  free(memory);
+  thrum_precomputed_free(&made);
+  return status;
+}
+
+static thrum_status arch_rows(const published_sink *sink, int cells, thrum_error *error) {
+  thrum_normal_form form, low, high;
+  char mesh[64];
+  THRUM_TRY(arch_form(cells, 12, bend_by_cosine, mesh, &form, error));
+  const double *c = form.coefficients;
+  published_add(sink, "periodic", "cosine arch: first frequency, rad/s", mesh, cells, 1.032742,
+                form.omega);
+  published_add(sink, "periodic", "cosine arch: d omega/c^2", mesh, cells, 7.503,
+                c[1] * form.omega / (c[0] * c[0]));
+
+  // c is next to linear in the rise around its zero
+  sine_rise = 0.46;
+  THRUM_TRY(arch_form(cells, 6, bend_by_sine, mesh, &low, error));
+  sine_rise = 0.48;
+  THRUM_TRY(arch_form(cells, 6, bend_by_sine, mesh, &high, error));
+  const double share = low.coefficients[0] / (low.coefficients[0] - high.coefficients[0]);
+  published_add(sink, "periodic", "sine arch: rise/thickness where hardening ends", mesh, cells,
+                0.476, 0.46 + 0.02 * share);
+  return THRUM_OK;
+}
+
+/* --- a plate ---------------------------------------------------------------------------------- */
+
+#define PLATE_THICKNESS 0.01
+enum { PLATE_MODES = 6, PLATE_HARMONICS = 7 };
+
+/* A backbone where the middle swings by the thickness. */
+typedef struct middle {
+  double by_coordinate[THRUM_RANK_MAX]; /* displacement of the middle across the plate */
+  int64_t rank;
+  double omega, width; /* of the point before */
+  double at_thickness; /* the frequency asked for */
+} middle;
+
+static bool watch(void *context, const thrum_response_point *point) {
+  middle *m = context;
+  double width = 0;
+  for (int64_t k = 0; k <= PLATE_HARMONICS; k++)
+    for (int64_t i = 0; i < m->rank; i++)
+      width += m->by_coordinate[i] * point->coefficients[k * m->rank + i];
+  width = fabs(width) / PLATE_THICKNESS;
+  if (width >= 1 && m->width < 1) {
+    const double share = (1 - m->width * m->width) / (width * width - m->width * m->width);
+    m->at_thickness = m->omega + share * (point->omega - m->omega);
+  }
+  m->omega = point->omega;
+  m->width = width;
+  return width < 1;
+}
+
+static thrum_status plate_backbone(const thrum_model *whole, middle *m, thrum_error *error) {
+  const thrum_model *stepped = NULL;
+  void *memory = NULL, *workspace = NULL;
+  size_t size = 0;
+  thrum_response_report report;
+  thrum_status status = thrum_model_condense_size(whole, PLATE_MODES, &size, error);
+  THRUM_THEN(status, thrum_reserve_aligned(&memory, size, "the condensed model", error));
+  THRUM_THEN(status, thrum_model_condense(memory, size, whole, PLATE_MODES, &stepped, error));
+  thrum_response_def def = thrum_default_response_def();
+  def.harmonics = PLATE_HARMONICS;
+  def.mode = 0;
+  def.stability = 0;
+  def.step = 0.02;
+  def.from = 0.5 * sqrt(whole->omega2[0]);
+  def.to = 2 * sqrt(whole->omega2[0]);
+  THRUM_THEN(status, thrum_response_size(stepped, &def, &size, error));
+  THRUM_THEN(status, thrum_reserve_aligned(&workspace, size, "the curve", error));
+  THRUM_THEN(status,
+             thrum_response(stepped, &def, NULL, workspace, size, watch, m, &report, error));
+  free(workspace);
+  free(memory);
+  return status;
+}
+
+static thrum_status plate_row(const published_sink *sink, int cells, thrum_error *error) {
+  published_body body = {.fix = {"x<1e-6", "x>0.999999", "z<-0.499999", "z>0.499999"},
+                         .material = {70e9, 0.3, 2700},
+                         .shell = true};
+  snprintf(body.mesh, sizeof body.mesh, "beam:%dx1x%d@1x0.01x1,hex", cells, cells);
+  thrum_precomputed made = {0};
+  THRUM_TRY(published_precompute(
+      &body, PLATE_MODES, PLATE_MODES + PLATE_MODES * (PLATE_MODES + 1) / 2, false, &made, error));
+  middle m = {.rank = PLATE_MODES, .at_thickness = NAN};
+  const int64_t vertex = vertex_near(&made.model, (const double[3]){0.5, 0, 0});
+  for (int64_t i = 0; i < PLATE_MODES; i++)
+    m.by_coordinate[i] = made.model.basis[(3 * vertex + 1) * made.model.rank + i];
+  const thrum_status status = plate_backbone(&made.model, &m, error);
+  if (status >= 0)
+    published_add(sink, "periodic", "clamped plate: omega/omega_1 at w = t", body.mesh, cells,
+                  1.1743, m.at_thickness / sqrt(made.model.omega2[0]));
+  thrum_precomputed_free(&made);
+  return status;
+}
+
 thrum_status published_periodic(const published_sink *sink, thrum_error *error) {
   const int64_t modes[] = {5, 8, 12};
   for (int level = 0; level < 3 && level <= sink->level + 1; level++)
     THRUM_TRY(beam_rows(sink, modes[level], error));
   for (int level = 1; level <= sink->level && level <= 2; level++)
     THRUM_TRY(panel_rows(sink, 8 << (level - 1), error));
+  for (int level = 1; level <= sink->level && level <= 2; level++)
+    THRUM_TRY(arch_rows(sink, 64 << (level - 1), error));
+  for (int level = 0; level <= sink->level && level <= 2; level++)
+    THRUM_TRY(plate_row(sink, 12 + 8 * level, error));
   return THRUM_OK;
 }

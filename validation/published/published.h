@@ -83,7 +83,8 @@ typedef struct published_body {
   const char *fix[4];
   thrum_material material;
   void (*map)(double vertex[3]);
-  int order; /* 2: tetrahedra of ten nodes; 0: linear */
+  int order;  /* 2: tetrahedra of ten nodes; 0: linear */
+  bool shell; /* hexahedra stay, as solid-shells */
 } published_body;
 
 /* Free with thrum_precomputed_free. */

@@ -18,7 +18,11 @@ thrum_status published_precompute(const published_body *body, int64_t modes, int
                                   bool keep_modes, thrum_precomputed *result, thrum_error *error) {
   thrum_mesh mesh = {0};
   uint8_t *fixed = NULL;
-  THRUM_TRY(thrum_mesh_read_order(body->mesh, 1, body->order, &mesh, error));
+  const thrum_mesh_read_options how = {.scale = 1,
+                                       .order = body->order,
+                                       .element =
+                                           body->shell ? THRUM_ELEMENT_SHELL : THRUM_ELEMENT_TET};
+  THRUM_TRY(thrum_mesh_read_with(body->mesh, &how, &mesh, error));
   thrum_status status = thrum_reserve(&fixed, mesh.vertex_count, 1, body->mesh, error);
 
   // what is held is named in the mesh as it is generated
