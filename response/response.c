@@ -654,6 +654,7 @@ static bool show_piece(curve *c) {
                        .begin = c->now,
                        .end = c->next,
                        .step = step,
+                       .behind = c->arc / step,
                        .unstable_begin = c->unstable,
                        .unstable_end = unstable,
                        .sign_begin = c->sign,

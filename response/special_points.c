@@ -58,6 +58,8 @@ static double find_fold(thrum_piece *piece, int beyond) {
   // directions of the ends are those of factors nearby, so the fold may be outside
   const bool before = fabs(at_low) < fabs(at_high);
   for (int it = 1; it <= beyond && at_low * at_high > 0; it++) {
+    if (before && 0.5 * it > piece->behind)
+      return NAN;
     if (before)
       at_low = turn_at(piece, low = -0.5 * it);
     else

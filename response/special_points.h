@@ -16,6 +16,7 @@ typedef struct thrum_piece {
   const double *tangent;  /* and at the end */
   thrum_place begin, end;
   double step;                          /* from one to the other along the normal */
+  double behind;                        /* length of the curve before it, in such steps */
   int32_t unstable_begin, unstable_end; /* -1: not known */
   int sign_begin, sign_end; /* of the determinant, by factors nearby; what is found is put there */
   thrum_place at;           /* room for a point, */

@@ -31,6 +31,9 @@
 #define FORCED_TO 1.2
 #define FREE_FROM 0.5
 #define FREE_TO 2.0
+#define AMPLITUDE_SHORT                                                                            \
+  1e-3                     /* so little may a backbone end below --amplitude, and it is not above */
+#define AMPLITUDE_PASSES 6 /* at finding the bound */
 #define PAIR_NEAR                                                                                  \
   0.05 /* of a ratio of frequencies: two modes so near to 1, 2 or 3 are one form                   \
         */
@@ -418,8 +421,8 @@ static thrum_response_def def_of(const response_curve *c, bool stability) {
   return def;
 }
 
-/* The coordinate of the mode at which its furthest vertex is displaced by --amplitude, or by the
- * longest side of the body, beyond which no backbone means anything. */
+/* The coordinate of the mode at which its furthest vertex alone is displaced by --amplitude, or by
+ * the longest side of the body, beyond which no backbone means anything. */
 static thrum_status bound_amplitude(const response_curve *c, thrum_response_def *def,
                                     thrum_error *error) {
   const thrum_model *shape = c->shape;
@@ -433,6 +436,18 @@ static thrum_status bound_amplitude(const response_curve *c, thrum_response_def 
       config_error_in(error, thrum_mode_add(shape, def->mode, amplitude, q, error), "--amplitude"));
   def->amplitude = fabs(q[def->mode]);
   return THRUM_OK;
+}
+
+/* The bound at which the largest displacement of the first target is --amplitude, by what the last
+ * motion has with the bound so far; NaN where that will do, which is a little below. */
+static double better_amplitude(const response_curve *c, double bound) {
+  const double wanted = c->request->amplitude * (1 - 0.5 * AMPLITUDE_SHORT);
+  if (c->report.end != THRUM_RESPONSE_END_AMPLITUDE || c->target_count == 0 || !isfinite(wanted))
+    return NAN;
+  const double found = c->peak[(c->count - 1) * c->target_count];
+  if (found <= c->request->amplitude && found >= c->request->amplitude * (1 - AMPLITUDE_SHORT))
+    return NAN;
+  return bound * wanted / found;
 }
 
 /* The coefficients near the motion that --start-from names; *start stays NULL without it. */
@@ -464,15 +479,23 @@ static thrum_status follow(response_curve *c, bool stability, thrum_error *error
   void *workspace = NULL;
   size_t size = 0;
   double *start = NULL;
-  drop_rows(c);
   THRUM_TRY(bound_amplitude(c, &def, error));
   THRUM_TRY(make_waves(c, error));
   THRUM_TRY(thrum_response_size(c->stepped, &def, &size, error));
   thrum_status status = find_start(c, &start, error);
   THRUM_THEN(status, thrum_reserve_aligned(&workspace, size, "the curve", error));
   const double began = clock_seconds();
-  THRUM_THEN(status, thrum_response(c->stepped, &def, start, workspace, size, keep_row, c,
-                                    &c->report, error));
+
+  // the bound of a backbone is mended by what its last motion has
+  for (int pass = 0; pass < AMPLITUDE_PASSES && status >= 0; pass++) {
+    drop_rows(c);
+    status =
+        thrum_response(c->stepped, &def, start, workspace, size, keep_row, c, &c->report, error);
+    const double better = status >= 0 ? better_amplitude(c, def.amplitude) : NAN;
+    if (isnan(better))
+      break;
+    def.amplitude = better;
+  }
   c->seconds += clock_seconds() - began;
   free(workspace);
   free(start);

@@ -142,8 +142,7 @@ static const config_option options[] = {
                   "thrum simulate --condense",
                   AT(followers)),
     OPTION_NUMBER("amplitude", "m", "the longest side of the body",
-                  "displacement of the vertex that moves furthest, of the first harmonic in the "
-                  "mode alone, at which a backbone ends",
+                  "largest displacement at the first TARGET at which a backbone ends",
                   AT(amplitude), CONFIG_ABOVE(0)),
     OPTION_SWITCH("stability", "on", "whether each motion is stable, and where that changes",
                   AT(stability)),

@@ -23,7 +23,7 @@ typedef struct response_request {
   bool other_side;   /* of it */
   damping_spec damping;
   int64_t condense;       /* masters; -1: by the model, 0: none follow */
-  double amplitude;       /* at which a backbone ends [m]; infinite: it does not */
+  double amplitude;       /* of the first target, at which a backbone ends [m]; infinite: none */
   double step, tolerance; /* of the library */
   int64_t points_max, stability_steps;
   bool stability;
