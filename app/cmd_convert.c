@@ -8,12 +8,14 @@
 #include "app/cmd.h"
 #include "config/message.h"
 #include "config/options.h"
+#include "driver/make/element_order.h"
 #include "driver/model/mesh_warnings.h"
 #include "driver/spec/shared_options.h"
 #include "io/json.h"
 #include "io/paths.h"
 #include "mesh/formats/mesh_read.h"
 #include "mesh/formats/mesh_write.h"
+#include "mesh/mesh_elements.h"
 #include "platform/interrupt.h"
 
 typedef struct convert_request {
@@ -50,11 +52,14 @@ const config_command command_convert = {
     .summary = "from one mesh format to another",
     .usage = "IN OUT [OPTIONS]",
     .about =
-        "Reads a tetrahedral mesh and writes it in the format that the suffix of OUT names: .veg "
+        "Reads a mesh and writes it in the format that the suffix of OUT names: .veg "
         "(Vega), .msh (Gmsh), .node or .ele (TetGen, both files), .mesh (Medit), .vtk and .vtu "
         "(VTK), .inp (Abaqus). IN is one of these too, or a generator such as "
         "beam:20x3x3@1x0.15x0.15. Vertices keep all their bits; groups, regions and materials are "
-        "carried as far as OUT can hold them, and what it cannot is counted in a warning.",
+        "carried as far as OUT can hold them, and what it cannot is counted in a warning. "
+        "Hexahedra "
+        "and wedges stay what they are; .veg, .node and .ele have tetrahedra alone, and get those "
+        "that they are cut into.",
     .options = options,
     .examples = "convert bracket.inp bracket.vtu\n"
                 "convert part.node part.msh --msh 2.2 --binary --scale 0.001",
@@ -95,10 +100,13 @@ static void print_json(const convert_request *request, const thrum_mesh *mesh,
                        const thrum_mesh_lost *lost) {
   // the mesh that was written
   cJSON *object = cJSON_CreateObject();
+  int64_t counts[THRUM_FORMS];
+  thrum_mesh_count_forms(mesh, counts);
   cJSON_AddStringToObject(object, "status", "done");
   json_string(object, "mesh", request->output);
   json_number(object, "vertices", (double)mesh->vertex_count);
-  json_number(object, "tets", (double)mesh->tet_count);
+  json_number(object, "tets", (double)(counts[THRUM_FORM_TET4] + counts[THRUM_FORM_TET10]));
+  element_solids_json(object, mesh);
   json_number(object, "order", mesh->midsides ? 2 : 1);
   json_number(object, "regions", (double)mesh->region_count);
   json_number(object, "groups", (double)mesh->group_count);
@@ -115,16 +123,27 @@ static void print_json(const convert_request *request, const thrum_mesh *mesh,
   json_print(object);
 }
 
+/* "480 tetrahedra", or how many solids there are of each form. */
+static thrum_solid_words elements_in_words(const thrum_mesh *mesh) {
+  thrum_solid_words words;
+  if (mesh->solid_count > 0)
+    return thrum_solid_count_words(mesh->solid_form, mesh->solid_count);
+  snprintf(words.text, sizeof words.text, "%" PRId64 " tetrahedra", mesh->tet_count);
+  return words;
+}
+
 static int convert(const convert_request *request) {
   thrum_error error = {0};
   thrum_mesh mesh = {0};
   thrum_mesh_lost lost = {0};
   thrum_mesh_read_options reading = request->reading;
-  if (reading.element > THRUM_ELEMENT_TET)
-    return config_usage("convert", "it writes tetrahedra: leave --element out, or give tet");
+  if (reading.element == THRUM_ELEMENT_SHELL)
+    return config_usage("convert", "no format tells solid-shells: leave --element out");
 
-  // the formats are written with tetrahedra
-  reading.element = THRUM_ELEMENT_TET;
+  // elements stay what they are, as far as the format has them
+  if (reading.element == THRUM_ELEMENT_AUTO)
+    reading.element = thrum_mesh_write_takes(request->output, THRUM_FORM_HEX8) ? THRUM_ELEMENT_SOLID
+                                                                               : THRUM_ELEMENT_TET;
   thrum_status status = thrum_mesh_read_with(request->input, &reading, &mesh, &error);
   if (status < 0)
     return config_refuse(&error);
@@ -140,9 +159,8 @@ static int convert(const convert_request *request) {
     if (request->json)
       print_json(request, &mesh, &lost);
     else
-      printf("%s: %" PRId64 " vertices, %" PRId64 " tetrahedra, %" PRId64 " group%s, %" PRId64
-             " region%s\n",
-             request->output, mesh.vertex_count, mesh.tet_count, mesh.group_count,
+      printf("%s: %" PRId64 " vertices, %s, %" PRId64 " group%s, %" PRId64 " region%s\n",
+             request->output, mesh.vertex_count, elements_in_words(&mesh).text, mesh.group_count,
              mesh.group_count == 1 ? "" : "s", mesh.region_count,
              mesh.region_count == 1 ? "" : "s");
   }

@@ -40,13 +40,22 @@ static thrum_status write_failed(const char *path, thrum_error *error) {
 static bool put_file(FILE *file, const thrum_model *model, const vtu_vectors *vectors,
                      double time) {
   vtu_array *arrays = malloc((size_t)(vectors->count + FRAME_ARRAYS) * sizeof *arrays);
+  int32_t *regions = malloc((size_t)model->solid_count * sizeof *regions + 1);
   int64_t count = 0;
-  if (arrays == NULL)
+  if (arrays == NULL || regions == NULL) {
+    free(arrays);
+    free(regions);
     return false;
+  }
+
+  // a solid has the region of its first tetrahedron
+  for (int64_t s = 0; s < model->solid_count; s++)
+    regions[s] = model->tet_region[s > 0 ? model->solid_tet_ends[s - 1] : 0];
 
   // the model's own arrays, then those of the frame
   arrays[count++] = (vtu_array){"fixed", VTU_UINT8, 1, false, model->fixed};
-  arrays[count++] = (vtu_array){"region", VTU_INT32, 1, true, model->tet_region};
+  arrays[count++] = (vtu_array){"region", VTU_INT32, 1, true,
+                                model->solid_count > 0 ? regions : model->tet_region};
   for (int64_t n = 0; n < vectors->count; n++)
     arrays[count++] = (vtu_array){vectors->names[n], VTU_FLOAT64, 3, false, vectors->values[n]};
   const vtu_stress *stress = &vectors->stress;
@@ -61,11 +70,16 @@ static bool put_file(FILE *file, const thrum_model *model, const vtu_vectors *ve
                          .points = model->vertices,
                          .tets = model->tets,
                          .midsides = model->midsides,
+                         .solid_count = model->solid_count,
+                         .solid_form = model->solid_form,
+                         .solid_ends = model->solid_ends,
+                         .solid_nodes = model->solid_nodes,
                          .arrays = arrays,
                          .array_count = count,
                          .vectors = vectors->names[0],
                          .time = &time};
   vtu_grid_write(file, &grid);
+  free(regions);
   free(arrays);
   return true;
 }

@@ -15,8 +15,8 @@
 #include "io/base64.h"
 #include "io/number_text.h"
 
-#define VTK_TETRA 10
-#define VTK_QUADRATIC_TETRA 24
+const uint8_t vtu_cell_types[8] = {10, 24, 13, 26, 12, 25, 13, 12};
+
 #define CHUNK 4096 /* generated values are written in pieces of this many */
 
 /* The arrays of the grid itself stand first in the file, in this order. */
@@ -34,8 +34,12 @@ typedef struct placed_array {
   int64_t count; /* of numbers */
 } placed_array;
 
+static int64_t cell_count(const vtu_grid *grid) {
+  return grid->solid_count > 0 ? grid->solid_count : grid->tet_count;
+}
+
 static placed_array array_at(const vtu_grid *grid, int64_t n) {
-  const int64_t points = grid->point_count, tets = grid->tet_count;
+  const int64_t points = grid->point_count, cells = cell_count(grid);
   const int nodes = grid->midsides ? 10 : 4;
 
   // the grid's own arrays have fixed names; the caller's follow behind them
@@ -44,15 +48,16 @@ static placed_array array_at(const vtu_grid *grid, int64_t n) {
     return (placed_array){"Points", VTU_FLOAT64, 3, 3, 3 * points};
   case CONNECTIVITY:
     // VTK wants one plain list
-    return (placed_array){"connectivity", VTU_INT32, 1, nodes, nodes * tets};
+    return (placed_array){"connectivity", VTU_INT32, 1, nodes,
+                          grid->solid_count > 0 ? grid->solid_ends[cells - 1] : nodes * cells};
   case OFFSETS:
-    return (placed_array){"offsets", VTU_INT64, 1, 10, tets};
+    return (placed_array){"offsets", VTU_INT64, 1, 10, cells};
   case TYPES:
-    return (placed_array){"types", VTU_UINT8, 1, 10, tets};
+    return (placed_array){"types", VTU_UINT8, 1, 10, cells};
   default: {
     const vtu_array *a = &grid->arrays[n - GRID_ARRAYS];
     return (placed_array){a->name, a->type, a->columns, a->columns > 1 ? a->columns : 10,
-                          a->columns * (a->on_cells ? tets : points)};
+                          a->columns * (a->on_cells ? cells : points)};
   }
   }
 }
@@ -82,13 +87,18 @@ static const void *values_of(const vtu_grid *grid, int64_t n, int64_t first, int
   case POINTS:
     return (const char *)grid->points + skipped;
   case CONNECTIVITY:
+    if (grid->solid_count > 0)
+      return (const char *)grid->solid_nodes + skipped;
     return grid->midsides ? join_nodes(grid, first, chunk) : (const char *)grid->tets + skipped;
   case OFFSETS:
-    for (int64_t k = 0; k < CHUNK; k++)
-      chunk[k] = (grid->midsides ? 10 : 4) * (first + k + 1);
+    for (int64_t k = 0; k < CHUNK && first + k < array.count; k++)
+      chunk[k] = grid->solid_count > 0 ? grid->solid_ends[first + k]
+                                       : (grid->midsides ? 10 : 4) * (first + k + 1);
     return chunk;
   case TYPES:
-    memset(chunk, grid->midsides ? VTK_QUADRATIC_TETRA : VTK_TETRA, CHUNK);
+    for (int64_t k = 0; k < CHUNK && first + k < array.count; k++)
+      ((uint8_t *)chunk)[k] = vtu_cell_types[grid->solid_count > 0 ? grid->solid_form[first + k]
+                                                                   : grid->midsides != NULL];
     return chunk;
   default: {
     // arrays without values are made when they are written, so that only one is in memory
@@ -127,7 +137,8 @@ static void put_number(FILE *file, vtu_type type, const void *values, int64_t n)
 static void put_values(FILE *file, const vtu_grid *grid, int64_t n, bool as_text) {
   const placed_array array = array_at(grid, n);
   const uint64_t length = bytes_of(&array);
-  const bool generated = n == OFFSETS || n == TYPES || (n == CONNECTIVITY && grid->midsides);
+  const bool generated =
+      n == OFFSETS || n == TYPES || (n == CONNECTIVITY && grid->midsides && grid->solid_count == 0);
   thrum_base64 bytes = {.stream = file};
   int64_t chunk[CHUNK];
 
@@ -228,7 +239,7 @@ void vtu_grid_write(FILE *file, const vtu_grid *grid) {
   fprintf(file,
           "    <Piece NumberOfPoints=\"%" PRId64 "\" NumberOfCells=\"%" PRId64 "\">\n"
           "      <Points>\n",
-          grid->point_count, grid->tet_count);
+          grid->point_count, cell_count(grid));
   put_array(file, grid, POINTS);
   fputs("      </Points>\n      <Cells>\n", file);
   for (int n = CONNECTIVITY; n <= TYPES; n++)

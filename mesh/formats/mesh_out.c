@@ -10,6 +10,7 @@
 #include <string.h>
 
 #include "io/number_text.h"
+#include "mesh/mesh_elements.h"
 #include "mesh/mesh_groups.h"
 #include "platform/allocate.h"
 
@@ -108,11 +109,11 @@ void thrum_out_end_members(thrum_mesh_out *out, int column) {
     thrum_out_text(out, "\n");
 }
 
-void thrum_out_region_tets(thrum_mesh_out *out, const thrum_mesh *mesh, int64_t region) {
+void thrum_out_region_elements(thrum_mesh_out *out, const thrum_mesh *mesh, int64_t region) {
   int column = 0;
-  for (int64_t t = 0; t < mesh->tet_count; t++)
-    if (mesh->tet_region[t] == region)
-      thrum_out_member(out, t + 1, &column);
+  for (int64_t e = 0; e < thrum_mesh_element_count(mesh); e++)
+    if (thrum_mesh_element_region(mesh, e) == region)
+      thrum_out_member(out, e + 1, &column);
   thrum_out_end_members(out, column);
 }
 

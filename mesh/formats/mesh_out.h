@@ -71,8 +71,8 @@ void thrum_write_mark_group(const thrum_mesh *mesh, int64_t group, uint8_t *mark
 /* Writes a number of a list, ten to a line; `column`: 0 at first. Then ends the list. */
 void thrum_out_member(thrum_mesh_out *out, int64_t number, int *column);
 void thrum_out_end_members(thrum_mesh_out *out, int column);
-/* Writes such a list of the tets of a region. */
-void thrum_out_region_tets(thrum_mesh_out *out, const thrum_mesh *mesh, int64_t region);
+/* Writes such a list of the elements of a region. */
+void thrum_out_region_elements(thrum_mesh_out *out, const thrum_mesh *mesh, int64_t region);
 
 /* Returns the number of each vertex's group, from 1, 0 for none, for formats that have one number
  * for each vertex. Groups that overlap earlier ones are lost, and groups that stand for regions

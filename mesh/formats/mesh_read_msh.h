@@ -67,4 +67,7 @@ thrum_status thrum_msh_entities(msh_reader *r);
 thrum_status thrum_msh_nodes(msh_reader *r, bool parametric);
 thrum_status thrum_msh_elements(msh_reader *r);
 
+/* Where Gmsh has the middle nodes of each kind, in the order that elements have here. */
+extern const signed char thrum_msh_middles[THRUM_SOLID_KINDS][12];
+
 #endif

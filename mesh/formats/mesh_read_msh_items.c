@@ -123,8 +123,7 @@ static const msh_solid SOLIDS[] = {
     {17, THRUM_SOLID_HEXAHEDRON, true}, {18, THRUM_SOLID_WEDGE, true},
     {19, THRUM_SOLID_PYRAMID, true}};
 
-/* Where Gmsh has the middle nodes of each kind, in the order that elements have here. */
-static const signed char MIDDLES[THRUM_SOLID_KINDS][12] = {
+const signed char thrum_msh_middles[THRUM_SOLID_KINDS][12] = {
     {4, 5, 6, 7, 9, 8},
     {5, 8, 10, 6, 7, 9, 11, 12},
     {6, 9, 7, 12, 14, 13, 8, 10, 11},
@@ -182,7 +181,7 @@ static thrum_status add_solid(msh_reader *r, const msh_solid *solid, const int64
   int64_t ordered[THRUM_SOLID_NODES_MAX];
   memcpy(ordered, nodes, (size_t)shape->corners * sizeof *nodes);
   for (int e = 0; e < shape->edges && solid->quadratic; e++)
-    ordered[shape->corners + e] = nodes[MIDDLES[solid->solid][e]];
+    ordered[shape->corners + e] = nodes[thrum_msh_middles[solid->solid][e]];
   return thrum_builder_element(&r->builder, &(thrum_element){.kind = solid->solid,
                                                              .quadratic = solid->quadratic,
                                                              .nodes = ordered,

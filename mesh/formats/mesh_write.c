@@ -9,6 +9,7 @@
 #include "mesh/formats/file_suffix.h"
 #include "mesh/formats/mesh_out.h"
 #include "mesh/formats/mesh_read.h"
+#include "mesh/mesh_elements.h"
 #include "platform/allocate.h"
 
 /* Finds the group that has exactly the vertices of a region; returns -1 when there is none. */
@@ -119,6 +120,27 @@ static thrum_status write_tetgen(const char *path, thrum_mesh_written *w, thrum_
   return status;
 }
 
+bool thrum_mesh_write_takes(const char *path, thrum_solid_form form) {
+  if (thrum_file_has_suffix(path, ".veg") || thrum_file_has_suffix(path, ".node") ||
+      thrum_file_has_suffix(path, ".ele"))
+    return form == THRUM_FORM_TET4 || form == THRUM_FORM_TET10;
+  return !thrum_file_has_suffix(path, ".mesh") ||
+         (form != THRUM_FORM_WEDGE15 && form != THRUM_FORM_HEX20);
+}
+
+/* Refuses elements that the format does not have. */
+static thrum_status check_forms(const char *path, const thrum_mesh *mesh, thrum_error *error) {
+  int64_t counts[THRUM_FORMS];
+  thrum_mesh_count_forms(mesh, counts);
+  for (int form = 0; form < THRUM_FORMS; form++)
+    if (counts[form] > 0 && !thrum_mesh_write_takes(path, (thrum_solid_form)form))
+      return thrum_error_set(error, THRUM_UNSUPPORTED,
+                             "%.200s: the format has no %s; write another one, or give --element "
+                             "tet",
+                             path, thrum_solid_forms[form].name);
+  return THRUM_OK;
+}
+
 thrum_status thrum_mesh_write(const char *path, const thrum_mesh *mesh,
                               const thrum_mesh_write_options *options, thrum_mesh_lost *lost,
                               thrum_error *error) {
@@ -135,6 +157,7 @@ thrum_status thrum_mesh_write(const char *path, const thrum_mesh *mesh,
                            "give --order 1",
                            path);
 
+  THRUM_TRY(check_forms(path, mesh, error));
   thrum_mesh_written w = {.mesh = mesh, .options = *options};
   thrum_status status = THRUM_UNSUPPORTED;
 

@@ -1,4 +1,4 @@
-/* Writes Abaqus input files: *NODE, *ELEMENT of type C3D4, an *ELSET for each region, an *NSET for
+/* Writes Abaqus input files: *NODE, *ELEMENT of each type, an *ELSET for each region, an *NSET for
  * each group, and with materials *SOLID SECTION, *MATERIAL, *ELASTIC, *DENSITY. Cost: linear in the
  * mesh, for every region.
  *
@@ -10,11 +10,13 @@
 #include "io/number_text.h"
 #include "mesh/formats/mesh_out.h"
 #include "mesh/formats/mesh_write.h"
+#include "mesh/mesh_elements.h"
 
 static const char BAD[] = ",\"*=";
 
 /* Abaqus and CalculiX take the first 20 characters of a number, and nothing of what follows. */
 enum { FIELD = 20 };
+enum { LINE_NUMBERS = 16 };  /* of an element's first line, at most */
 enum { NAME_MAX_BARE = 80 }; /* of a set, in both */
 
 static void put_number(thrum_mesh_out *out, double value) {
@@ -82,12 +84,35 @@ static void put_region(thrum_mesh_out *out, thrum_mesh_written *w, int64_t regio
       thrum_write_region_name(w, region, BAD, name);
     put_name(out, "*ELSET, ELSET=", name);
     thrum_out_text(out, "\n");
-    thrum_out_region_tets(out, m, region);
+    thrum_out_region_elements(out, m, region);
   }
 
   // several regions need sections even without materials
   if (m->has_material || m->region_count > 1)
     put_material(out, m, region, name);
+}
+
+/* A line of an element, which has 16 numbers at most. */
+static void put_element(thrum_mesh_out *out, const thrum_mesh_element *element, int64_t number) {
+  thrum_out_text(out, "%lld", (long long)number);
+  for (int a = 0; a < element->count; a++)
+    thrum_out_text(out, a == LINE_NUMBERS - 1 ? ",\n%lld" : ", %lld", element->nodes[a] + 1LL);
+  thrum_out_text(out, "\n");
+}
+
+/* All elements in their order, under the keyword of each type. Hexahedra of eight nodes have
+ * incompatible modes there where they have enhanced strains here. */
+static void put_elements(thrum_mesh_out *out, const thrum_mesh *m) {
+  static const char *const types[THRUM_FORMS] = {"C3D4",  "C3D10", "C3D6", "C3D15",
+                                                 "C3D8I", "C3D20", "C3D6", "C3D8I"};
+  const char *type = "";
+  for (int64_t e = 0; e < thrum_mesh_element_count(m); e++) {
+    const thrum_mesh_element element = thrum_mesh_element_at(m, e);
+    if (strcmp(types[element.form], type) != 0)
+      thrum_out_text(out, "*ELEMENT, TYPE=%s, ELSET=allElements\n", types[element.form]);
+    type = types[element.form];
+    put_element(out, &element, e + 1);
+  }
 }
 
 void thrum_mesh_write_abaqus(thrum_mesh_out *out, thrum_mesh_written *w) {
@@ -103,16 +128,8 @@ void thrum_mesh_write_abaqus(thrum_mesh_out *out, thrum_mesh_written *w) {
     }
   }
 
-  // regions and readers refer to all tets by the set allElements
-  thrum_out_text(out, "*ELEMENT, TYPE=%s, ELSET=allElements\n", m->midsides ? "C3D10" : "C3D4");
-  for (int64_t t = 0; t < m->tet_count; t++) {
-    int32_t v[10];
-    const int nodes = thrum_mesh_nodes(m, t, v);
-    thrum_out_text(out, "%lld", (long long)t + 1);
-    for (int a = 0; a < nodes; a++)
-      thrum_out_text(out, ", %lld", v[a] + 1LL);
-    thrum_out_text(out, "\n");
-  }
+  // regions and readers refer to all elements by the set allElements
+  put_elements(out, m);
 
   // a group that stands for a region becomes the element set of the region
   for (int64_t g = 0; g < m->group_count; g++) {

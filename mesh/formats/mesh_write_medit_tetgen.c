@@ -7,6 +7,7 @@
 
 #include "mesh/formats/mesh_out.h"
 #include "mesh/formats/mesh_write.h"
+#include "mesh/mesh_elements.h"
 
 static void count_materials(thrum_mesh_written *w) {
   if (w->mesh->has_material)
@@ -28,15 +29,6 @@ void thrum_mesh_write_node(thrum_mesh_out *out, thrum_mesh_written *w) {
   count_materials(w);
 }
 
-/* Writes the nodes of a tet, from 1; `middles` are the edges in the order of the format. */
-static void write_nodes(thrum_mesh_out *out, const thrum_mesh *mesh, int64_t t,
-                        const int middles[6]) {
-  int32_t node[10];
-  const int count = thrum_mesh_nodes(mesh, t, node);
-  for (int n = 0; n < count; n++)
-    thrum_out_text(out, "%lld ", node[n < 4 ? n : 4 + middles[n - 4]] + 1LL);
-}
-
 void thrum_mesh_write_ele(thrum_mesh_out *out, thrum_mesh_written *w) {
   // the first middle node of TetGen lies on the edge 23, and so on
   static const int middles[6] = {5, 3, 0, 1, 4, 2};
@@ -45,10 +37,30 @@ void thrum_mesh_write_ele(thrum_mesh_out *out, thrum_mesh_written *w) {
   thrum_out_text(out, "%lld %d %d\n", (long long)m->tet_count, m->midsides ? 10 : 4, regions);
   for (int64_t t = 0; t < m->tet_count; t++) {
     thrum_out_text(out, "%lld ", (long long)t + 1);
-    write_nodes(out, m, t, middles);
+    int32_t node[10];
+    const int count = thrum_mesh_nodes(m, t, node);
+    for (int n = 0; n < count; n++)
+      thrum_out_text(out, "%lld ", node[n < 4 ? n : 4 + middles[n - 4]] + 1LL);
     if (regions)
       thrum_out_text(out, "%d", (int)m->tet_region[t] + 1);
     thrum_out_text(out, "\n");
+  }
+}
+
+/* The elements of a form, whose nodes have the order that they have here. */
+static void put_list(thrum_mesh_out *out, const thrum_mesh *m, int form, int64_t count) {
+  static const char *const keywords[THRUM_FORMS] = {
+      [THRUM_FORM_TET4] = "Tetrahedra", [THRUM_FORM_TET10] = "TetrahedraP2",
+      [THRUM_FORM_WEDGE6] = "Prisms",   [THRUM_FORM_HEX8] = "Hexahedra",
+      [THRUM_FORM_SHELL6] = "Prisms",   [THRUM_FORM_SHELL8] = "Hexahedra"};
+  thrum_out_text(out, "%s\n%lld\n", keywords[form], (long long)count);
+  for (int64_t e = 0; e < thrum_mesh_element_count(m); e++) {
+    const thrum_mesh_element element = thrum_mesh_element_at(m, e);
+    if ((int)element.form != form)
+      continue;
+    for (int a = 0; a < element.count; a++)
+      thrum_out_text(out, "%lld ", element.nodes[a] + 1LL);
+    thrum_out_text(out, "%d\n", m->region_count > 1 ? (int)element.region + 1 : 0);
   }
 }
 
@@ -65,14 +77,12 @@ void thrum_mesh_write_medit(thrum_mesh_out *out, thrum_mesh_written *w) {
   }
   free(marks);
 
-  // a tet carries its region as its reference; ten nodes have the order that they have here
-  static const int middles[6] = {0, 1, 2, 3, 4, 5};
-  thrum_out_text(out, "%s\n%lld\n", m->midsides ? "TetrahedraP2" : "Tetrahedra",
-                 (long long)m->tet_count);
-  for (int64_t t = 0; t < m->tet_count; t++) {
-    write_nodes(out, m, t, middles);
-    thrum_out_text(out, "%d\n", m->region_count > 1 ? (int)m->tet_region[t] + 1 : 0);
-  }
+  // each form has a list, whose elements carry their region as their reference
+  int64_t counts[THRUM_FORMS];
+  thrum_mesh_count_forms(m, counts);
+  for (int form = 0; form < THRUM_FORMS; form++)
+    if (counts[form] > 0)
+      put_list(out, m, form, counts[form]);
 
   thrum_out_text(out, "End\n");
   count_materials(w);

@@ -3,10 +3,17 @@
  * its vertices; one region without such a name is in no physical group. Cost: linear in the mesh.
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#include "mesh/formats/mesh_out.h"
-#include "mesh/formats/mesh_write.h"
+#include <string.h>
 
-enum { TYPE_POINT = 15, TYPE_TET = 4, TYPE_TET_10 = 11 };
+#include "mesh/formats/mesh_out.h"
+#include "mesh/formats/mesh_read_msh.h"
+#include "mesh/formats/mesh_write.h"
+#include "mesh/mesh_elements.h"
+
+enum { TYPE_POINT = 15 };
+
+/* Gmsh's types of the forms of solids. */
+static const int solid_types[THRUM_FORMS] = {4, 11, 6, 18, 5, 17, 6, 5};
 
 /* Writes a whole number as text with a blank behind, or as bytes, the lowest first. */
 static void put_whole(thrum_mesh_out *out, uint64_t value, size_t size) {
@@ -38,16 +45,15 @@ static void end_line(thrum_mesh_out *out) {
     thrum_out_text(out, "\n");
 }
 
-/* The nodes of a tet in Gmsh's order, which has the middle nodes of edges 23 and 13 the other way
- * round; returns how many. */
-static int tet_nodes(const thrum_mesh *mesh, int64_t t, int32_t nodes[10]) {
-  const int count = thrum_mesh_nodes(mesh, t, nodes);
-  if (count == 10) {
-    const int32_t swap = nodes[8];
-    nodes[8] = nodes[9];
-    nodes[9] = swap;
-  }
-  return count;
+/* Element e with its nodes in Gmsh's order. */
+static thrum_mesh_element element_at(const thrum_mesh *mesh, int64_t e) {
+  const thrum_mesh_element from = thrum_mesh_element_at(mesh, e);
+  thrum_mesh_element element = from;
+  const thrum_solid kind = thrum_solid_forms[from.form].kind;
+  const int corners = thrum_solid_shapes[kind].corners;
+  for (int m = 0; m < from.count - corners; m++)
+    element.nodes[thrum_msh_middles[kind][m]] = from.nodes[corners + m];
+  return element;
 }
 
 /* Returns the physical volume of a region, 0 for none. */
@@ -97,9 +103,7 @@ static int64_t point_count(const thrum_mesh_written *w, int64_t *groups) {
 
 /* Writes one element of version 2.2; in binary it has a header of its own. */
 static void put_element_2(thrum_mesh_out *out, int64_t number, int type, int64_t physical,
-                          int64_t entity, const int32_t *vertices) {
-  const int nodes = type == TYPE_TET ? 4 : type == TYPE_TET_10 ? 10 : 1;
-
+                          int64_t entity, const int32_t *vertices, int nodes) {
   // a header is the type, the number of elements and the number of tags
   if (out->binary) {
     put_whole(out, (uint64_t)type, 4);
@@ -131,16 +135,15 @@ static void put_body_2(thrum_mesh_out *out, thrum_mesh_written *w) {
   }
 
   // a physical group consists of elements, so each of its vertices is an element of one node
-  const int64_t count = point_count(w, &groups) + m->tet_count;
+  const int64_t count = point_count(w, &groups) + thrum_mesh_element_count(m);
   thrum_out_text(out, "%s$EndNodes\n$Elements\n%lld\n", out->binary ? "\n" : "", (long long)count);
   for (int64_t g = 0; g < m->group_count; g++)
     for (int64_t i = 0; i < m->groups[g].count && w->group_region[g] < 0; i++)
-      put_element_2(out, ++number, TYPE_POINT, g + 1, g + 1, &m->groups[g].vertices[i]);
-  for (int64_t t = 0; t < m->tet_count; t++) {
-    int32_t nodes[10];
-    const int type = tet_nodes(m, t, nodes) == 10 ? TYPE_TET_10 : TYPE_TET;
-    put_element_2(out, ++number, type, region_tag(w, m->tet_region[t]), m->tet_region[t] + 1LL,
-                  nodes);
+      put_element_2(out, ++number, TYPE_POINT, g + 1, g + 1, &m->groups[g].vertices[i], 1);
+  for (int64_t e = 0; e < thrum_mesh_element_count(m); e++) {
+    const thrum_mesh_element element = element_at(m, e);
+    put_element_2(out, ++number, solid_types[element.form], region_tag(w, element.region),
+                  element.region + 1LL, element.nodes, element.count);
   }
 
   thrum_out_text(out, "%s$EndElements\n", out->binary ? "\n" : "");
@@ -233,21 +236,25 @@ static void put_nodes_4(thrum_mesh_out *out, thrum_mesh_written *w) {
   thrum_out_text(out, "%s$EndNodes\n", out->binary ? "\n" : "");
 }
 
-/* Returns the end of the run of tets that are in the region of tet t. */
-static int64_t run_end(const thrum_mesh *m, int64_t t) {
-  const int32_t region = m->tet_region[t];
-  while (t < m->tet_count && m->tet_region[t] == region)
-    t++;
-  return t;
+/* Returns the end of the run of elements that have the region and the type of element e. */
+static int64_t run_end(const thrum_mesh *m, int64_t e) {
+  const thrum_mesh_element first = thrum_mesh_element_at(m, e);
+  for (; e < thrum_mesh_element_count(m); e++) {
+    const thrum_mesh_element next = thrum_mesh_element_at(m, e);
+    if (next.region != first.region || solid_types[next.form] != solid_types[first.form])
+      break;
+  }
+  return e;
 }
 
 static void put_elements_4(thrum_mesh_out *out, thrum_mesh_written *w) {
   const thrum_mesh *m = w->mesh;
   int64_t groups, number = 0, blocks = 0;
-  const int64_t count = point_count(w, &groups) + m->tet_count;
+  const int64_t elements = thrum_mesh_element_count(m);
+  const int64_t count = point_count(w, &groups) + elements;
 
   // blocks are counted first, since the header stands before them
-  for (int64_t t = 0; t < m->tet_count; t = run_end(m, t))
+  for (int64_t e = 0; e < elements; e = run_end(m, e))
     blocks++;
 
   thrum_out_text(out, "$Elements\n");
@@ -265,16 +272,16 @@ static void put_elements_4(thrum_mesh_out *out, thrum_mesh_written *w) {
     }
   }
 
-  // a block has one region; a block for each run keeps the tets in their order
-  for (int64_t t = 0; t < m->tet_count;) {
-    const int64_t end = run_end(m, t);
-    put_block_4(out, 3, m->tet_region[t] + 1LL, m->midsides ? TYPE_TET_10 : TYPE_TET, end - t);
-    for (; t < end; t++) {
+  // a block has one region and type; a block for each run keeps the elements in their order
+  for (int64_t e = 0; e < elements;) {
+    const int64_t end = run_end(m, e);
+    const thrum_mesh_element first = thrum_mesh_element_at(m, e);
+    put_block_4(out, 3, first.region + 1LL, solid_types[first.form], end - e);
+    for (; e < end; e++) {
+      const thrum_mesh_element element = element_at(m, e);
       put_whole(out, (uint64_t)++number, 8);
-      int32_t nodes[10];
-      const int nodes_count = tet_nodes(m, t, nodes);
-      for (int a = 0; a < nodes_count; a++)
-        put_whole(out, (uint64_t)nodes[a] + 1, 8);
+      for (int a = 0; a < element.count; a++)
+        put_whole(out, (uint64_t)element.nodes[a] + 1, 8);
       end_line(out);
     }
   }

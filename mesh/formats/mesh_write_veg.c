@@ -57,7 +57,7 @@ static void put_region(thrum_mesh_out *out, thrum_mesh_written *w, int64_t regio
   if (m->region_count > 1 || group >= 0) {
     thrum_write_region_name(w, region, BAD, name);
     thrum_out_text(out, "\n*SET %s\n", name);
-    thrum_out_region_tets(out, m, region);
+    thrum_out_region_elements(out, m, region);
   }
 
   // a region of the file joins a set with a material, so it needs one

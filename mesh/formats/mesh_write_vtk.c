@@ -6,10 +6,10 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "io/vtu_grid.h"
 #include "mesh/formats/mesh_out.h"
 #include "mesh/formats/mesh_write.h"
-
-enum { VTK_TETRA = 10, VTK_QUADRATIC_TETRA = 24 };
+#include "mesh/mesh_elements.h"
 
 typedef enum column_kind {
   COLUMN_POINTS,
@@ -38,13 +38,13 @@ typedef struct column {
 } column;
 
 static int64_t whole_value(const thrum_mesh *m, const column *c, int64_t i) {
-  return c->kind == COLUMN_REGION ? m->tet_region[i] : c->mark[i];
+  return c->kind == COLUMN_REGION ? thrum_mesh_element_region(m, i) : c->mark[i];
 }
 
 static double real_value(const thrum_mesh *m, const column *c, int64_t i) {
   if (c->kind == COLUMN_POINTS)
     return m->vertices[i];
-  const thrum_material *material = &m->materials[m->tet_region[i]];
+  const thrum_material *material = &m->materials[thrum_mesh_element_region(m, i)];
   return c->kind == COLUMN_YOUNG     ? material->young
          : c->kind == COLUMN_POISSON ? material->poisson
                                      : material->density;
@@ -97,29 +97,34 @@ static void put_word(thrum_mesh_out *out, const char *name) {
 }
 
 static void put_legacy_cells(thrum_mesh_out *out, const thrum_mesh *m, bool binary) {
-  const int size = m->midsides ? 11 : 5, type = m->midsides ? VTK_QUADRATIC_TETRA : VTK_TETRA;
+  const int64_t elements = thrum_mesh_element_count(m);
+  int64_t counts[THRUM_FORMS], numbers = elements;
+  thrum_mesh_count_forms(m, counts);
+  for (int form = 0; form < THRUM_FORMS; form++)
+    numbers += counts[form] * thrum_solid_forms[form].nodes;
 
   // the number of nodes stands before them
-  thrum_out_text(out, "CELLS %lld %lld\n", (long long)m->tet_count, size * (long long)m->tet_count);
-  for (int64_t t = 0; t < m->tet_count; t++) {
-    int32_t v[10];
-    const int nodes = thrum_mesh_nodes(m, t, v);
-    for (int a = -1; a < nodes; a++) {
-      const int32_t number = a < 0 ? nodes : v[a];
+  thrum_out_text(out, "CELLS %lld %lld\n", (long long)elements, (long long)numbers);
+  for (int64_t e = 0; e < elements; e++) {
+    const thrum_mesh_element element = thrum_mesh_element_at(m, e);
+    for (int a = -1; a < element.count; a++) {
+      const int32_t number = a < 0 ? element.count : element.nodes[a];
       if (binary)
         put_bits(out, (uint64_t)number, 4);
       else
-        thrum_out_text(out, "%d%s", (int)number, a + 1 < nodes ? " " : "\n");
+        thrum_out_text(out, "%d%s", (int)number, a + 1 < element.count ? " " : "\n");
     }
   }
 
-  // the format wants a type for each cell, though all are tets
-  thrum_out_text(out, "%sCELL_TYPES %lld\n", binary ? "\n" : "", (long long)m->tet_count);
-  for (int64_t t = 0; t < m->tet_count; t++)
+  // the format wants a type for each cell
+  thrum_out_text(out, "%sCELL_TYPES %lld\n", binary ? "\n" : "", (long long)elements);
+  for (int64_t e = 0; e < elements; e++) {
+    const int type = vtu_cell_types[thrum_mesh_element_at(m, e).form];
     if (binary)
       put_bits(out, (uint64_t)type, 4);
     else
       thrum_out_text(out, "%d\n", type);
+  }
 }
 
 void thrum_mesh_write_vtk(thrum_mesh_out *out, thrum_mesh_written *w) {
@@ -136,9 +141,9 @@ void thrum_mesh_write_vtk(thrum_mesh_out *out, thrum_mesh_written *w) {
 
   // the names of the arrays are those that the reader knows
   thrum_out_text(out, "%sCELL_DATA %lld\nFIELD FieldData %d\n", binary ? "\n" : "",
-                 (long long)m->tet_count, m->has_material ? 4 : 1);
+                 (long long)thrum_mesh_element_count(m), m->has_material ? 4 : 1);
   for (int k = COLUMN_REGION; k <= (m->has_material ? COLUMN_DENSITY : COLUMN_REGION); k++) {
-    const column c = {(column_kind)k, m->tet_count, NULL};
+    const column c = {(column_kind)k, thrum_mesh_element_count(m), NULL};
     thrum_out_text(out, "%s 1 %lld %s\n", KINDS[k].name, (long long)c.count,
                    KINDS[k].whole ? "int" : "double");
     put_column(out, m, &c, binary);

@@ -8,13 +8,14 @@
 #include "io/vtu_grid.h"
 #include "mesh/formats/mesh_out.h"
 #include "mesh/formats/mesh_write.h"
+#include "mesh/mesh_elements.h"
 
 enum { CELL_ARRAYS = 4 };
 
 /* The values of one group or of one property of the material at a time. */
 typedef struct made_values {
   const thrum_mesh *mesh;
-  void *values; /* room for a byte a vertex and a double a tet */
+  void *values; /* room for a byte a vertex and a double an element */
 } made_values;
 
 static const void *make_values(void *context, int64_t index) {
@@ -26,14 +27,19 @@ static const void *make_values(void *context, int64_t index) {
     return made->values;
   }
 
-  // behind the groups stands `region`, which the mesh has, then the material
+  // behind the groups stands `region`, then the material
   double *values = made->values;
+  int32_t *regions = made->values;
   const int64_t property = index - m->group_count - 1;
-  for (int64_t t = 0; t < m->tet_count; t++) {
-    const thrum_material *material = &m->materials[m->tet_region[t]];
-    values[t] = property == 0   ? material->young
-                : property == 1 ? material->poisson
-                                : material->density;
+  for (int64_t e = 0; e < thrum_mesh_element_count(m); e++) {
+    const int32_t region = thrum_mesh_element_region(m, e);
+    const thrum_material *material = &m->materials[region];
+    if (property < 0)
+      regions[e] = region;
+    else
+      values[e] = property == 0   ? material->young
+                  : property == 1 ? material->poisson
+                                  : material->density;
   }
   return values;
 }
@@ -43,7 +49,8 @@ void thrum_mesh_write_vtu(thrum_mesh_out *out, thrum_mesh_written *w) {
   const thrum_mesh *m = w->mesh;
   made_values made = {.mesh = m};
   int64_t count = 0;
-  const int64_t most = m->vertex_count + m->tet_count * (int64_t)sizeof(double);
+  const int64_t elements = thrum_mesh_element_count(m);
+  const int64_t most = m->vertex_count + elements * (int64_t)sizeof(double);
   vtu_array *arrays = NULL;
   if (!thrum_out_reserve(out, &arrays, m->group_count + CELL_ARRAYS, sizeof *arrays) ||
       !thrum_out_reserve(out, &made.values, most, 1))
@@ -52,7 +59,7 @@ void thrum_mesh_write_vtu(thrum_mesh_out *out, thrum_mesh_written *w) {
   // groups on the points, regions and materials on the cells
   for (int64_t g = 0; g < m->group_count; g++)
     arrays[count++] = (vtu_array){m->groups[g].name, VTU_UINT8, 1, false, NULL};
-  arrays[count++] = (vtu_array){"region", VTU_INT32, 1, true, m->tet_region};
+  arrays[count++] = (vtu_array){"region", VTU_INT32, 1, true, NULL};
   for (int n = 0; n < 3 && m->has_material; n++)
     arrays[count++] = (vtu_array){properties[n], VTU_FLOAT64, 1, true, NULL};
 
@@ -61,6 +68,10 @@ void thrum_mesh_write_vtu(thrum_mesh_out *out, thrum_mesh_written *w) {
                          .points = m->vertices,
                          .tets = m->tets,
                          .midsides = m->midsides,
+                         .solid_count = m->solid_count,
+                         .solid_form = m->solid_form,
+                         .solid_ends = m->solid_ends,
+                         .solid_nodes = m->solid_nodes,
                          .arrays = arrays,
                          .array_count = count,
                          .ascii = w->options.ascii,

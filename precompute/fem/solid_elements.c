@@ -287,8 +287,8 @@ static void centre_of(thrum_solid_form form, double place[3]) {
 /* --- elements --------------------------------------------------------------------------------- */
 
 typedef struct solid_making {
-  const thrum_mesh *mesh;
   thrum_solid_elements *e;
+  const thrum_mesh *mesh; /* NULL: places are as they were */
   const double *lambda, *mu;
   double *scratch; /* products x products */
   thrum_error *error;
@@ -306,7 +306,7 @@ static thrum_status inside_out(const solid_making *m, int64_t s, double det) {
 static void places_of(const solid_making *m, int64_t s, double (*places)[3]) {
   const int32_t *nodes = thrum_solid_nodes(m->e, s);
   for (int n = 0; n < thrum_solid_node_count(m->e, s); n++)
-    memcpy(places[n], m->mesh->vertices + 3 * (int64_t)nodes[n], sizeof places[n]);
+    memcpy(places[n], m->e->vertices + 3 * (int64_t)nodes[n], sizeof places[n]);
 }
 
 /* Weights and gradients at the points. */
@@ -333,6 +333,9 @@ static thrum_status make_rows(const solid_making *m, int64_t s, int *count) {
   const thrum_solid_elements *e = m->e;
   thrum_solid_table *table = &e->tables[e->form[s]];
   const int points = table->points;
+  *count = 0;
+  if (m->lambda[e->region[s]] == 0 && m->mu[e->region[s]] == 0)
+    return THRUM_OK;
   double matrix[STRAINS * ROW_POINTS * COLUMNS_MAX];
   solid_rows r = {.form = (thrum_solid_form)e->form[s],
                   .nodes = table->nodes,
@@ -358,18 +361,9 @@ static thrum_status make_rows(const solid_making *m, int64_t s, int *count) {
   return reduce_rows(&r, STRAINS * points, matrix, m->scratch, count, m->error);
 }
 
-static thrum_status measure_all(solid_making *m, thrum_scope *memory) {
+/* The rows of all elements, one element after the other. */
+static thrum_status make_all_rows(solid_making *m) {
   thrum_solid_elements *e = m->e;
-  int64_t room = 0;
-  for (int64_t s = 0; s < e->count; s++) {
-    THRUM_TRY(measure(m, s));
-    const int products = thrum_solid_products(thrum_solid_node_count(e, s));
-    room += thrum_solid_has_rows(e, s) ? products * products : 0;
-  }
-
-  // as many rows as there may be at most; what is not used is never touched
-  e->rows = thrum_scope_allocate(memory, room, sizeof *e->rows);
-  THRUM_TRY(memory->status);
   for (int64_t s = 0; s < e->count; s++) {
     int count = 0;
     const int products = thrum_solid_products(thrum_solid_node_count(e, s));
@@ -382,12 +376,28 @@ static thrum_status measure_all(solid_making *m, thrum_scope *memory) {
   return THRUM_OK;
 }
 
+static thrum_status measure_all(solid_making *m, thrum_scope *memory) {
+  thrum_solid_elements *e = m->e;
+  int64_t room = 0;
+  for (int64_t s = 0; s < e->count; s++) {
+    THRUM_TRY(measure(m, s));
+    const int products = thrum_solid_products(thrum_solid_node_count(e, s));
+    room += thrum_solid_has_rows(e, s) ? products * products : 0;
+  }
+
+  // as many rows as there may be at most; what is not used is never touched
+  e->rows = thrum_scope_allocate(memory, room, sizeof *e->rows);
+  THRUM_TRY(memory->status);
+  return make_all_rows(m);
+}
+
 thrum_status thrum_solid_elements_make(const thrum_mesh *mesh, const double *lambda,
                                        const double *mu, thrum_scope *memory,
                                        thrum_solid_elements *made, thrum_error *error) {
   const int64_t count = mesh->solid_count;
   thrum_solid_elements *e = made;
   *e = (thrum_solid_elements){.count = count,
+                              .vertices = mesh->vertices,
                               .form = mesh->solid_form,
                               .ends = mesh->solid_ends,
                               .nodes = mesh->solid_nodes,
@@ -408,8 +418,14 @@ thrum_status thrum_solid_elements_make(const thrum_mesh *mesh, const double *lam
   e->weight = thrum_scope_allocate(memory, e->point_begin[count], sizeof *e->weight);
   e->gradient = thrum_scope_allocate(memory, 9 * e->point_begin[count], sizeof *e->gradient);
   THRUM_TRY(memory->status);
-  solid_making m = {.mesh = mesh, .e = e, .lambda = lambda, .mu = mu, .error = error};
+  solid_making m = {.e = e, .mesh = mesh, .lambda = lambda, .mu = mu, .error = error};
   return measure_all(&m, memory);
+}
+
+thrum_status thrum_solid_elements_renew(thrum_solid_elements *made, const double *lambda,
+                                        const double *mu, thrum_error *error) {
+  solid_making m = {.e = made, .lambda = lambda, .mu = mu, .error = error};
+  return make_all_rows(&m);
 }
 
 void thrum_solid_gradients(const thrum_solid_elements *e, int64_t s, int p,

@@ -26,7 +26,8 @@ enum {
 };
 
 typedef struct thrum_solid_elements {
-  int64_t count; /* 0: the tets of the mesh are the elements */
+  int64_t count;          /* 0: the tets of the mesh are the elements */
+  const double *vertices; /* the mesh's */
   const uint8_t *form;
   const int32_t *ends, *nodes, *tet_ends; /* the mesh's */
   int32_t *region;                        /* count */
@@ -74,6 +75,11 @@ static inline int thrum_solid_row_count(const thrum_solid_elements *e, int64_t s
 thrum_status thrum_solid_elements_make(const thrum_mesh *mesh, const double *lambda,
                                        const double *mu, thrum_scope *memory,
                                        thrum_solid_elements *made, thrum_error *error);
+
+/* Makes the rows again, of other moduli of the regions. They are linear in Young's modulus alone;
+ * elements of a region whose moduli are both 0 have none. */
+thrum_status thrum_solid_elements_renew(thrum_solid_elements *made, const double *lambda,
+                                        const double *mu, thrum_error *error);
 
 /* Gradients of the shape functions at point p of an element. */
 void thrum_solid_gradients(const thrum_solid_elements *e, int64_t s, int p,

@@ -8,6 +8,7 @@
 #include "core/base/quadratic_tet.h"
 #include "core/base/vec3.h"
 #include "mesh/divide_shells.h"
+#include "mesh/formats/mesh_write.h"
 #include "mesh/mesh_examine.h"
 #include "mesh/solids.h"
 
@@ -384,6 +385,46 @@ static void thin_wedges_are_divided(void **state) {
   }
 }
 
+/* Elements come back from each format as they were, in their order. */
+static void solids_are_written_as_what_they_are(void **state) {
+  (void)state;
+  static const char *const names[] = {"b.inp", "b.vtu", "b.vtk", "b.msh", "b.mesh"};
+  for (int n = 0; n < 4; n++) {
+    grid g = {.quadratic = n & 1, .wedges = n & 2};
+    number(&g, (uint64_t)n);
+    thrum_mesh mesh = read_grid(&g, THRUM_ELEMENT_SOLID);
+    for (int f = 0; f < 2 * 5; f++) {
+      const thrum_mesh_write_options options = {
+          .binary = f >= 5, .ascii = f < 5, .msh_version = f >= 5 ? 22 : 41};
+      const thrum_mesh_read_options kept = {.scale = 1, .element = THRUM_ELEMENT_SOLID};
+      char name[100];
+      snprintf(name, sizeof name, "%s/%s", mesh_folder, names[f % 5]);
+      thrum_mesh_lost lost;
+      thrum_mesh back = {0};
+      thrum_error error = {0};
+      const thrum_status status = thrum_mesh_write(name, &mesh, &options, &lost, &error);
+      if (f % 5 == 4 && g.quadratic) {
+        assert_int_equal(status, THRUM_UNSUPPORTED);
+        continue;
+      }
+      if (status < 0 || thrum_mesh_read_with(name, &kept, &back, &error) < 0)
+        fail_msg("%s", error.message);
+      assert_int_equal(back.solid_count, mesh.solid_count);
+      assert_true(thrum_mesh_hash(&back) == thrum_mesh_hash(&mesh));
+      remove(name);
+      thrum_mesh_free(&back);
+    }
+
+    // these have tetrahedra alone
+    thrum_error error = {0};
+    thrum_mesh_lost lost;
+    assert_int_equal(
+        thrum_mesh_write("b.veg", &mesh, &(thrum_mesh_write_options){0}, &lost, &error),
+        THRUM_UNSUPPORTED);
+    thrum_mesh_free(&mesh);
+  }
+}
+
 /* A list of held vertices holds what was made between them, and nothing else. */
 static void what_was_made_is_held_with_its_vertices(void **state) {
   (void)state;
@@ -458,6 +499,7 @@ int main(void) {
       cmocka_unit_test(thin_wedges_are_divided),
       cmocka_unit_test(what_was_made_is_held_with_its_vertices),
       cmocka_unit_test(elements_that_stay_have_the_order_of_the_file),
+      cmocka_unit_test(solids_are_written_as_what_they_are),
       cmocka_unit_test(a_beam_may_be_of_hexahedra),
       cmocka_unit_test(bad_elements_are_refused_with_their_number_and_line),
   };
