@@ -9,38 +9,69 @@
 #include "io/json.h"
 #include "platform/allocate.h"
 
-thrum_status node_stress_open(const thrum_model *model, node_stress *stress, thrum_error *error) {
-  node_stress made = {.peak = NAN, .peak_node = -1};
+static int64_t vertex_of(const node_stress *stress, int64_t n) {
+  return stress->nodes ? thrum_stress_nodes_vertex(stress->nodes, n) : stress->solids.vertex[n];
+}
+
+static int64_t region_of(const node_stress *stress, int64_t n) {
+  return stress->nodes ? thrum_stress_nodes_region(stress->nodes, n) : stress->solids.region[n];
+}
+
+/* What reads the stress: the library of tetrahedra, the body of solids. */
+static thrum_status open_reader(const thrum_model *model, node_stress *stress, thrum_error *error) {
   size_t size = 0;
+  if (model->solid_count > 0) {
+    THRUM_TRY(thrum_model_fem_elements(model, &stress->body, error));
+    THRUM_TRY(thrum_solid_stresses_make(&stress->body.fem, &stress->solids, error));
+    stress->count = stress->solids.count;
+    return THRUM_OK;
+  }
   THRUM_TRY(thrum_stress_nodes_size(model, &size, error));
-  THRUM_TRY(thrum_reserve_aligned(&made.memory, size, "stresses", error));
-  thrum_status status = thrum_stress_nodes_init(made.memory, size, model, &made.nodes, error);
+  THRUM_TRY(thrum_reserve_aligned(&stress->memory, size, "stresses", error));
+  THRUM_TRY(thrum_stress_nodes_init(stress->memory, size, model, &stress->nodes, error));
+  stress->count = thrum_stress_nodes_count(stress->nodes);
+  stress->patches = !thrum_stress_nodes_extrapolated(stress->nodes);
+  return THRUM_OK;
+}
+
+thrum_status node_stress_open(const thrum_model *model, node_stress *stress, thrum_error *error) {
+  *stress = (node_stress){.peak = NAN, .peak_node = -1};
+  thrum_status status = open_reader(model, stress, error);
 
   // one allocation for what a look fills
-  const int64_t count = thrum_stress_nodes_count(made.nodes), vertices = model->vertex_count;
-  THRUM_THEN(status, thrum_reserve(&made.work, 7 * count + 4 * vertices, sizeof *made.work,
+  const int64_t count = stress->count, vertices = model->vertex_count;
+  THRUM_THEN(status, thrum_reserve(&stress->work, 7 * count + 4 * vertices, sizeof *stress->work,
                                    "stresses", error));
   if (status < 0) {
-    node_stress_close(&made);
+    node_stress_close(stress);
     return status;
   }
-  made.cauchy = made.work;
-  made.von_mises = made.cauchy + 6 * count;
-  made.largest = made.von_mises + count;
-  made.u = made.largest + vertices;
-  *stress = made;
+  stress->cauchy = stress->work;
+  stress->von_mises = stress->cauchy + 6 * count;
+  stress->largest = stress->von_mises + count;
+  stress->u = stress->largest + vertices;
+  return THRUM_OK;
+}
+
+static thrum_status read(const double *u, node_stress *stress, thrum_error *error) {
+  if (stress->nodes)
+    return thrum_stress_nodes_read(stress->nodes, u, stress->cauchy, stress->von_mises, error);
+  stress->solids.fem = &stress->body.fem; // which is where the stress is
+  thrum_solid_stresses_read(&stress->solids, u, stress->cauchy);
+  for (int64_t n = 0; n < stress->count; n++)
+    stress->von_mises[n] = thrum_von_mises(stress->cauchy + 6 * n);
   return THRUM_OK;
 }
 
 thrum_status node_stress_look(const thrum_model *model, const double *u, double time,
                               node_stress *stress, thrum_error *error) {
-  THRUM_TRY(thrum_stress_nodes_read(stress->nodes, u, stress->cauchy, stress->von_mises, error));
+  THRUM_TRY(read(u, stress, error));
 
-  // vertices that no tetrahedron has feel nothing
+  // vertices that no element has feel nothing
   memset(stress->largest, 0, (size_t)model->vertex_count * sizeof *stress->largest);
-  for (int64_t n = 0; n < thrum_stress_nodes_count(stress->nodes); n++) {
+  for (int64_t n = 0; n < stress->count; n++) {
     const double here = stress->von_mises[n];
-    const int64_t v = thrum_stress_nodes_vertex(stress->nodes, n);
+    const int64_t v = vertex_of(stress, n);
     stress->largest[v] = here > stress->largest[v] || isnan(here) ? here : stress->largest[v];
 
     // a comparison that is true of the first stress, and never of one that is no number
@@ -54,8 +85,12 @@ thrum_status node_stress_look(const thrum_model *model, const double *u, double 
   return THRUM_OK;
 }
 
+bool node_stress_is_open(const node_stress *stress) {
+  return stress->work != NULL;
+}
+
 static const char *kind_of(const node_stress *stress) {
-  return thrum_stress_nodes_extrapolated(stress->nodes) ? "nodes" : "patch average";
+  return stress->patches ? "patch average" : "nodes";
 }
 
 void node_stress_json(const node_stress *stress, cJSON *object) {
@@ -63,15 +98,13 @@ void node_stress_json(const node_stress *stress, cJSON *object) {
   json_string(object, "kind", kind_of(stress));
   json_number(object, "peak_von_mises_pa", stress->peak);
   json_number(object, "peak_vertex",
-              known ? (double)thrum_stress_nodes_vertex(stress->nodes, stress->peak_node) + 1
-                    : NAN);
+              known ? (double)vertex_of(stress, stress->peak_node) + 1 : NAN);
   if (known)
     json_numbers(object, "peak_place_m", stress->peak_place, 3);
   else
     cJSON_AddNullToObject(object, "peak_place_m");
   json_number(object, "peak_region",
-              known ? (double)thrum_stress_nodes_region(stress->nodes, stress->peak_node) + 1
-                    : NAN);
+              known ? (double)region_of(stress, stress->peak_node) + 1 : NAN);
 }
 
 const report_line node_stress_lines[] = {
@@ -87,6 +120,8 @@ const report_line node_stress_lines[] = {
     {0}};
 
 void node_stress_close(node_stress *stress) {
+  thrum_solid_stresses_free(&stress->solids);
+  thrum_model_fem_free(&stress->body);
   free(stress->memory);
   free(stress->work);
   *stress = (node_stress){0};

@@ -141,7 +141,7 @@ static thrum_status write_frame(driver_run *run, int32_t n, double time, thrum_e
     base_motions_position(request->base_motions, request->base_motion_count, time, base);
   const node_stress *nodes = &body->measures.nodes;
   const vtu_stress stress = {nodes->largest, body->measures.von_mises,
-                             !thrum_stress_nodes_extrapolated(nodes->nodes)};
+                             nodes->patches};
   return run_output_frame(&body->output, time, base, &stress, error);
 }
 

@@ -22,10 +22,10 @@ static const thrum_stress_points_def every_tet = {NULL, 0};
 static thrum_status open_stress_points(const thrum_model *model, simulate_measures *m,
                                        thrum_error *error) {
   size_t size = 0;
+
+  // solids have stresses at nodes alone
   if (model->solid_count > 0)
-    return thrum_error_set_field(error, "--stress", THRUM_UNSUPPORTED,
-                                 " is that of tetrahedra, and this model has other elements: make "
-                                 "it with --element tet");
+    return THRUM_OK;
   THRUM_TRY(config_error_of(error, thrum_stress_points_size(model, &every_tet, &size, error),
                             "--stress"));
 
@@ -63,6 +63,8 @@ static thrum_status open_field(const simulate_request *request, const thrum_mode
 static thrum_status read_stresses(simulate_measures *m, const double *q, thrum_error *error) {
   static const double one = 1;
   const thrum_stress_points_output output = {.von_mises = m->von_mises};
+  if (!m->stress_points)
+    return THRUM_OK;
   if (m->field) {
     size_t size;
     THRUM_TRY(thrum_stress_points_size(&m->field_model, &every_tet, &size, error));
@@ -155,7 +157,7 @@ thrum_status simulate_measures_open(const simulate_request *request, const thrum
 }
 
 bool simulate_measures_are_open(const simulate_measures *measures) {
-  return measures->monitor != NULL || measures->stress_points != NULL;
+  return measures->monitor != NULL || node_stress_is_open(&measures->nodes);
 }
 
 /* Notes when warnings were first raised and when the least stretch was. */
@@ -176,7 +178,7 @@ thrum_status simulate_measures_look(simulate_measures *m, const double *q, doubl
   thrum_status status = THRUM_OK;
   if (m->monitor != NULL)
     status = look_monitor(m, q, time, error);
-  if (status < 0 || m->stress_points == NULL)
+  if (status < 0 || !node_stress_is_open(&m->nodes))
     return status;
 
   // the peak over time and over all tetrahedra
@@ -215,7 +217,7 @@ static int place_of(uint32_t bit) {
 
 void simulate_measures_json(const simulate_measures *m, double end, cJSON *object) {
   // null says that it was not asked for
-  cJSON *stress = json_section(object, "stress", m->stress_points != NULL);
+  cJSON *stress = json_section(object, "stress", node_stress_is_open(&m->nodes));
   if (stress != NULL) {
     node_stress_json(&m->nodes, stress);
     json_number(stress, "peak_time_s", m->nodes.peak_node >= 0 ? m->nodes.peak_time : NAN);

@@ -14,7 +14,7 @@
 /* A zeroed one measures nothing. */
 typedef struct simulate_measures {
   void *stress_points_memory, *monitor_memory;
-  const thrum_stress_points *stress_points; /* NULL: no --stress */
+  const thrum_stress_points *stress_points; /* NULL: no --stress, or of solids */
   double *work, *von_mises;                 /* tet_count of the latter, at their centres [Pa] */
   node_stress nodes;                        /* at the nodes of the mesh, with --stress */
   const thrum_model *model;                 /* of the run, whose mesh they are of */

@@ -42,7 +42,7 @@ static const char *static_status(const static_answer *answer) {
 
 thrum_status static_stress_look(const thrum_model *model, const double *u, node_stress *stress,
                                 thrum_error *error) {
-  if (model->tets == NULL || model->solid_count > 0 || thrum_law_has_yield(model))
+  if (model->tets == NULL || thrum_law_has_yield(model))
     return THRUM_OK;
   node_stress_close(stress);
   THRUM_TRY(node_stress_open(model, stress, error));
@@ -50,7 +50,7 @@ thrum_status static_stress_look(const thrum_model *model, const double *u, node_
 }
 
 vtu_stress static_stress_frame(const node_stress *stress) {
-  return (vtu_stress){stress->largest, NULL, !thrum_stress_nodes_extrapolated(stress->nodes)};
+  return (vtu_stress){stress->largest, NULL, stress->patches};
 }
 
 bool static_was_watched(const static_answer *answer) {
@@ -149,7 +149,7 @@ static cJSON *make_report(const static_answer *answer) {
   static_forces_json(&answer->forces, object);
 
   // and how much it bears
-  cJSON *stress = json_section(object, "stress", answer->stress.nodes != NULL);
+  cJSON *stress = json_section(object, "stress", node_stress_is_open(&answer->stress));
   if (stress != NULL)
     node_stress_json(&answer->stress, stress);
 

@@ -53,6 +53,11 @@ static void take_products(const thrum_fem *fem, int64_t s, const double *u, doub
   thrum_solid_multiply(nodes, half, v, products);
 }
 
+void thrum_fem_solid_products(const thrum_fem *fem, int64_t s, const double *u, double *products) {
+  double edges[EDGE_COMPONENTS];
+  take_products(fem, s, u, edges, products);
+}
+
 /* S = R^T R s */
 static void take_stress(const thrum_fem *fem, int64_t s, const double *products, double *stress) {
   const thrum_solid_elements *e = &fem->solids;

@@ -29,6 +29,9 @@ void thrum_fem_solid_mass(const thrum_fem *fem, thrum_mass kind, int64_t s, int 
 /* The displacements of the edges of an element with rows, up to 3 THRUM_SOLID_EDGES_MAX. */
 void thrum_fem_solid_edges(const thrum_fem *fem, int64_t s, const double *u, double *edges);
 
+/* The products of an element with rows at u, 0 at rest. */
+void thrum_fem_solid_products(const thrum_fem *fem, int64_t s, const double *u, double *products);
+
 /* Adds forces on the edges of an element with rows to those on its nodes. */
 void thrum_fem_solid_add(const thrum_fem *fem, int64_t s, const double *edge_force, double scale,
                          double *force);

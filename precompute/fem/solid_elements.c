@@ -25,7 +25,7 @@ enum {
 /* Rows below this share of the largest are rounding. */
 #define NO_ROW 1e-13
 
-static const int strain_axes[STRAINS][2] = {{0, 0}, {1, 1}, {2, 2}, {1, 2}, {0, 2}, {0, 1}};
+const int thrum_solid_strain_axes[STRAINS][2] = {{0, 0}, {1, 1}, {2, 2}, {1, 2}, {0, 2}, {0, 1}};
 
 /* --- products of edges ------------------------------------------------------------------------ */
 
@@ -147,7 +147,7 @@ static void covariant(const solid_rows *r, const double x[3], int strain, double
     return;
   if (r->form == THRUM_FORM_SHELL6 && tie_wedge(r, x, strain, row))
     return;
-  add_strain(r, x, strain_axes[strain][0], strain_axes[strain][1], 1, row);
+  add_strain(r, x, thrum_solid_strain_axes[strain][0], thrum_solid_strain_axes[strain][1], 1, row);
 }
 
 /* An enhanced strain: which one, times powers of the natural coordinates. */
@@ -179,8 +179,8 @@ static const struct {
 static void turn_of(double gradients[3][3], double turn[STRAINS][STRAINS]) {
   for (int to = 0; to < STRAINS; to++)
     for (int from = 0; from < STRAINS; from++) {
-      const int c = strain_axes[to][0], d = strain_axes[to][1];
-      const int i = strain_axes[from][0], j = strain_axes[from][1];
+      const int c = thrum_solid_strain_axes[to][0], d = thrum_solid_strain_axes[to][1];
+      const int i = thrum_solid_strain_axes[from][0], j = thrum_solid_strain_axes[from][1];
       double sum = gradients[i][c] * gradients[j][d];
       if (i != j)
         sum += gradients[j][c] * gradients[i][d];
@@ -278,6 +278,24 @@ static thrum_status reduce_rows(const solid_rows *r, int height, double *matrix,
   return THRUM_OK;
 }
 
+/* columns = (1 - Q Q^T) columns, Q R the enhanced ones, which are overwritten. */
+static thrum_status project(int height, int enhanced_count, int count, double *enhanced_columns,
+                            double *tau, double *columns, thrum_error *error) {
+  static const char what[] = "the enhanced strains of an element have no QR factor";
+  THRUM_TRY(thrum_lapack_status(
+      LAPACKE_dgeqrf(LAPACK_COL_MAJOR, height, enhanced_count, enhanced_columns, height, tau),
+      THRUM_SINGULAR, what, error));
+  for (int back = 0; back < 2; back++) {
+    THRUM_TRY(thrum_lapack_status(LAPACKE_dormqr(LAPACK_COL_MAJOR, 'L', back ? 'N' : 'T', height,
+                                                 count, enhanced_count, enhanced_columns, height,
+                                                 tau, columns, height),
+                                  THRUM_SINGULAR, what, error));
+    for (int c = 0; c < count && !back; c++)
+      memset(columns + c * height, 0, (size_t)enhanced_count * sizeof *columns);
+  }
+  return THRUM_OK;
+}
+
 static void centre_of(thrum_solid_form form, double place[3]) {
   static const double centres[THRUM_SOLID_KINDS][3] = {
       [THRUM_SOLID_TET] = {0.25, 0.25, 0.25}, [THRUM_SOLID_WEDGE] = {1.0 / 3, 1.0 / 3, 0}};
@@ -287,7 +305,7 @@ static void centre_of(thrum_solid_form form, double place[3]) {
 /* --- elements --------------------------------------------------------------------------------- */
 
 typedef struct solid_making {
-  thrum_solid_elements *e;
+  const thrum_solid_elements *e;
   const thrum_mesh *mesh; /* NULL: places are as they were */
   const double *lambda, *mu;
   double *scratch; /* products x products */
@@ -311,7 +329,7 @@ static void places_of(const solid_making *m, int64_t s, double (*places)[3]) {
 
 /* Weights and gradients at the points. */
 static thrum_status measure(const solid_making *m, int64_t s) {
-  thrum_solid_elements *e = m->e;
+  const thrum_solid_elements *e = m->e;
   thrum_solid_table *table = &e->tables[e->form[s]];
   double places[THRUM_SOLID_NODES_MAX][3], jacobian[3][3], gradients[3][3];
   places_of(m, s, places);
@@ -328,26 +346,23 @@ static thrum_status measure(const solid_making *m, int64_t s) {
   return THRUM_OK;
 }
 
-/* The rows of an element into the scratch. */
-static thrum_status make_rows(const solid_making *m, int64_t s, int *count) {
+/* Strains of an element at all points, times the root of the elasticity and of the weight:
+ * column-major, the enhanced ones first. */
+static thrum_status fill_matrix(const solid_making *m, int64_t s, solid_rows *r, double *matrix) {
   const thrum_solid_elements *e = m->e;
   thrum_solid_table *table = &e->tables[e->form[s]];
   const int points = table->points;
-  *count = 0;
-  if (m->lambda[e->region[s]] == 0 && m->mu[e->region[s]] == 0)
-    return THRUM_OK;
-  double matrix[STRAINS * ROW_POINTS * COLUMNS_MAX];
-  solid_rows r = {.form = (thrum_solid_form)e->form[s],
-                  .nodes = table->nodes,
-                  .products = thrum_solid_products(table->nodes)};
-  places_of(m, s, r.places);
-  isotropic_root(m->lambda[e->region[s]], m->mu[e->region[s]], r.root);
+  *r = (solid_rows){.form = (thrum_solid_form)e->form[s],
+                    .nodes = table->nodes,
+                    .products = thrum_solid_products(table->nodes)};
+  places_of(m, s, r->places);
+  isotropic_root(m->lambda[e->region[s]], m->mu[e->region[s]], r->root);
 
   // the map at the centre
   double centre[3], slopes[THRUM_SOLID_NODES_MAX][3], jacobian[3][3], gradients[3][3];
-  centre_of(r.form, centre);
-  thrum_solid_shape_at(r.form, centre, NULL, slopes);
-  const double det = thrum_solid_map(r.nodes, r.places, slopes, jacobian, gradients);
+  centre_of(r->form, centre);
+  thrum_solid_shape_at(r->form, centre, NULL, slopes);
+  const double det = thrum_solid_map(r->nodes, r->places, slopes, jacobian, gradients);
   if (!(det > 0) || !isfinite(1 / det))
     return inside_out(m, s, det);
 
@@ -355,15 +370,28 @@ static thrum_status make_rows(const solid_making *m, int64_t s, int *count) {
     const int64_t point = e->point_begin[s] + p;
     double here[3][3];
     memcpy(here, e->gradient + 9 * point, sizeof here);
-    fill_point(&r, table->place[p], e->weight[point], here, gradients,
+    fill_point(r, table->place[p], e->weight[point], here, gradients,
                det * table->weight[p] / e->weight[point], STRAINS * p, STRAINS * points, matrix);
   }
-  return reduce_rows(&r, STRAINS * points, matrix, m->scratch, count, m->error);
+  return THRUM_OK;
+}
+
+/* The rows of an element into the scratch. */
+static thrum_status make_rows(const solid_making *m, int64_t s, int *count) {
+  const thrum_solid_elements *e = m->e;
+  double matrix[STRAINS * ROW_POINTS * COLUMNS_MAX];
+  solid_rows r;
+  *count = 0;
+  if (m->lambda[e->region[s]] == 0 && m->mu[e->region[s]] == 0)
+    return THRUM_OK;
+  THRUM_TRY(fill_matrix(m, s, &r, matrix));
+  return reduce_rows(&r, STRAINS * e->tables[e->form[s]].points, matrix, m->scratch, count,
+                     m->error);
 }
 
 /* The rows of all elements, one element after the other. */
 static thrum_status make_all_rows(solid_making *m) {
-  thrum_solid_elements *e = m->e;
+  const thrum_solid_elements *e = m->e;
   for (int64_t s = 0; s < e->count; s++) {
     int count = 0;
     const int products = thrum_solid_products(thrum_solid_node_count(e, s));
@@ -376,8 +404,7 @@ static thrum_status make_all_rows(solid_making *m) {
   return THRUM_OK;
 }
 
-static thrum_status measure_all(solid_making *m, thrum_scope *memory) {
-  thrum_solid_elements *e = m->e;
+static thrum_status measure_all(solid_making *m, thrum_solid_elements *e, thrum_scope *memory) {
   int64_t room = 0;
   for (int64_t s = 0; s < e->count; s++) {
     THRUM_TRY(measure(m, s));
@@ -419,13 +446,41 @@ thrum_status thrum_solid_elements_make(const thrum_mesh *mesh, const double *lam
   e->gradient = thrum_scope_allocate(memory, 9 * e->point_begin[count], sizeof *e->gradient);
   THRUM_TRY(memory->status);
   solid_making m = {.e = e, .mesh = mesh, .lambda = lambda, .mu = mu, .error = error};
-  return measure_all(&m, memory);
+  return measure_all(&m, e, memory);
 }
 
 thrum_status thrum_solid_elements_renew(thrum_solid_elements *made, const double *lambda,
                                         const double *mu, thrum_error *error) {
   solid_making m = {.e = made, .lambda = lambda, .mu = mu, .error = error};
   return make_all_rows(&m);
+}
+
+thrum_status thrum_solid_stress_matrix(const thrum_solid_elements *e, int64_t s,
+                                       const double *lambda, const double *mu, double *matrix,
+                                       thrum_error *error) {
+  solid_making m = {.e = e, .lambda = lambda, .mu = mu};
+  const int points = e->tables[e->form[s]].points, height = STRAINS * points;
+  const int enhanced_count = enhanced_of[e->form[s]].count;
+  double strains[STRAINS * ROW_POINTS * COLUMNS_MAX], tau[ENHANCED_MAX];
+  solid_rows r;
+  m.error = error;
+  THRUM_TRY(fill_matrix(&m, s, &r, strains));
+
+  // what the enhanced strains can give is taken away
+  double *behind = strains + enhanced_count * height;
+  if (enhanced_count > 0)
+    THRUM_TRY(project(height, enhanced_count, r.products, strains, tau, behind, error));
+
+  // from the root of the elasticity to stress
+  for (int p = 0; p < points; p++)
+    for (int k = 0; k < STRAINS; k++)
+      for (int c = 0; c < r.products; c++) {
+        double sum = 0;
+        for (int i = 0; i < STRAINS; i++)
+          sum += r.root[i][k] * behind[c * height + STRAINS * p + i];
+        matrix[(STRAINS * p + k) * r.products + c] = sum / sqrt(e->weight[e->point_begin[s] + p]);
+      }
+  return THRUM_OK;
 }
 
 void thrum_solid_gradients(const thrum_solid_elements *e, int64_t s, int p,

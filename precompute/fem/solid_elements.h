@@ -81,6 +81,15 @@ thrum_status thrum_solid_elements_make(const thrum_mesh *mesh, const double *lam
 thrum_status thrum_solid_elements_renew(thrum_solid_elements *made, const double *lambda,
                                         const double *mu, thrum_error *error);
 
+/* Axes of six strains or stresses in the order of the rows: xx, yy, zz, yz, xz, xy. */
+extern const int thrum_solid_strain_axes[6][2];
+
+/* Second Piola-Kirchhoff stress at the points of an element with rows, of its assumed and enhanced
+ * strains: 6 stresses a point by its products, row after row. */
+thrum_status thrum_solid_stress_matrix(const thrum_solid_elements *e, int64_t s,
+                                       const double *lambda, const double *mu, double *matrix,
+                                       thrum_error *error);
+
 /* Gradients of the shape functions at point p of an element. */
 void thrum_solid_gradients(const thrum_solid_elements *e, int64_t s, int p,
                            double gradients[THRUM_SOLID_NODES_MAX][3]);

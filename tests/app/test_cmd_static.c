@@ -606,6 +606,25 @@ static void the_stress_is_said_with_its_place(void **state) {
   }
 }
 
+/* The root of a cantilever of solid-shells bears 6 F (L - h/2)/(b t^2), h the length of its
+ * elements, and a frame has the elements as they are. */
+static void solid_shells_bear_the_stress_of_bending(void **state) {
+  (void)state;
+  cJSON *object =
+      object_of(thrum_run(folder, "static", "beam:20x1x1@1x0.1x0.01,hex", "--full", "--fix", "left",
+                          "--young", "7e10", "--poisson", "0", "--density", "2700", "--load",
+                          "constant:0,0,-1@right", "--vtu", "bent.vtu", "--json", NULL),
+                0);
+  const cJSON *stress = cJSON_GetObjectItemCaseSensitive(object, "stress");
+  assert_string_equal(text_of(stress, "kind"), "nodes");
+  assert_true(fabs(json_value(stress, "peak_von_mises_pa") / (6 * 0.975 / (0.1 * 1e-4)) - 1) <
+              2e-3);
+  cJSON_Delete(object);
+  program_result run = thrum_run(folder, "check", "bent.vtu", NULL);
+  assert_non_null(strstr(run.out, "20 solid-shell hexahedra"));
+  program_result_free(&run);
+}
+
 /* A shape with elements inside out is no answer, of the mesh or of a model. */
 static void a_body_inside_out_is_flagged(void **state) {
   (void)state;
@@ -965,6 +984,7 @@ int main(void) {
       cmocka_unit_test(a_load_that_moves_nothing_is_warned_of),
       cmocka_unit_test(a_weight_that_bends_nothing_says_nothing_of_the_basis),
       cmocka_unit_test(the_stress_is_said_with_its_place),
+      cmocka_unit_test(solid_shells_bear_the_stress_of_bending),
       cmocka_unit_test(a_body_inside_out_is_flagged),
       cmocka_unit_test(a_critical_load_is_judged_by_the_mesh),
       cmocka_unit_test(the_default_model_of_an_arch_snaps_through),
