@@ -87,6 +87,10 @@ thrum_status thrum_order_find(const thrum_mesh *mesh, const thrum_fem *fem, doub
   int64_t most = fem->free_count - 1 - (free_body ? THRUM_RIGID_COUNT : 0);
   most = most < THRUM_ORDER_MODES_MAX ? most : THRUM_ORDER_MODES_MAX;
   int64_t wanted = *count < most ? *count : most;
+
+  // solids are no tets that bend too little
+  if (fem->solids.count > 0)
+    wanted = 0;
   const thrum_status status = wanted > 0 ? find(&s, mesh, &wanted, errors, error) : THRUM_OK;
   if (status >= 0)
     *count = wanted > 0 ? wanted : 0;

@@ -6,6 +6,7 @@
 #include "core/base/vec3.h"
 #include "mesh/divide_shells.h"
 #include "mesh/mesh_shells.h"
+#include "precompute/basis/order_find.h"
 #include "precompute/fem/fem_solids.h"
 #include "precompute/fem/solid_stress.h"
 #include "precompute/model/traction.h"
@@ -548,6 +549,14 @@ static void check_plate(thrum_solid_form form, bool divided, const double most[3
       b.fixed[v] = x < 0.1 || x > N - 0.1 ? 7 : b.fixed[v];
     }
   thrum_precomputed result = body_precompute(&b, 3, 3);
+
+  // how linear tetrahedra would lock is no matter here
+  thrum_fem fem = body_fem(&b);
+  int64_t count = 2;
+  double errors[2];
+  assert_int_equal(thrum_order_find(&b.mesh, &fem, INFINITY, &count, errors, NULL), THRUM_OK);
+  assert_int_equal(count, 0);
+  thrum_fem_free(&fem);
   const thrum_material *m = &b.mesh.materials[0];
   const double stiffness = m->young * pow(height, 3) / (12 * (1 - m->poisson * m->poisson));
   for (int i = 0; i < 3; i++) {
