@@ -16,11 +16,13 @@
 #include "mesh/formats/mesh_read.h"
 #include "mesh/formats/mesh_write.h"
 #include "mesh/formats/surface_read.h"
+#include "mesh/mesh_clean.h"
 #include "mesh/mesh_flags.h"
 #include "mesh/midsides.h"
 #include "mesh/surface_check.h"
 #include "mesh/surface_join.h"
 #include "mesh/surface_repair.h"
+#include "mesh/surface_sheet.h"
 #include "platform/interrupt.h"
 
 /* How far the volume of the mesh may be off that of the surface. */
@@ -33,6 +35,9 @@ typedef struct mesh_request {
   int tool;
   double size, scale;
   int64_t order;
+  double thickness; /* 0: a body is filled */
+  int64_t layers;
+  int side;
   bool json, quiet, verbose;
 } mesh_request;
 
@@ -48,6 +53,8 @@ typedef struct mesh_work {
   bool other_volume;
 } mesh_work;
 
+static const char *const sides[] = {"middle", "top", "bottom", NULL};
+
 #define AT(member) CONFIG_AT(mesh_request, member)
 
 static const config_option table[] = {
@@ -59,6 +66,19 @@ static const config_option table[] = {
     OPTION_COUNT("order", "1",
                  "of the tetrahedra; 2: ten nodes, those in the middle of straight edges",
                  AT(order), CONFIG_RANGE(1, 2)),
+
+    // a sheet in place of a body
+    OPTION_HEADING("of a sheet"),
+    OPTION_NUMBER("thickness", "m", "the surface is filled",
+                  "make a sheet of the surface, which may be open then: triangles become wedges, "
+                  "polygons of four corners hexahedra",
+                  AT(thickness), CONFIG_ABOVE(0)),
+    OPTION_COUNT("layers", "1", "of elements through the thickness", AT(layers),
+                 CONFIG_RANGE(1, 100)),
+    OPTION_CHOICE("side", sides, "middle",
+                  "where the surface lies in the sheet; the top is where its triangles go round "
+                  "counterclockwise",
+                  AT(side)),
 
     // how the work is done and shown
     OPTION_CHOICE("tool", mesh_tool_names, "whichever is installed", "what fills the surface",
@@ -80,9 +100,12 @@ const config_command command_mesh = {
         "TetGen, whichever is installed (apt-get install gmsh, apt-get install tetgen); of both, "
         "by Gmsh, but by TetGen for several parts. The surface is checked first, and mended where "
         "nothing is lost; its triangles stay as they are otherwise. The mesh is checked "
-        "afterwards, as thrum check does.",
+        "afterwards, as thrum check does. With --thickness the surface becomes a sheet of wedges "
+        "and "
+        "hexahedra instead, without another program.",
     .options = table,
     .examples = "mesh statue.obj -o statue.msh\n"
+                "mesh roof.obj -o roof.vtu --thickness 0.25\n"
                 "mesh part.stl -o part.veg --scale 0.001 --size 0.01 --tool tetgen",
     .exits = "0 done, 1 refused, 2 usage, 3 done, but something is flagged",
 };
@@ -96,6 +119,16 @@ static int read_options(int argc, char **argv, mesh_request *request) {
     return config_usage("mesh",
                         "'%s' names no format of meshes; end it in .msh, .veg, .vtu, .ele, "
                         "...: see thrum convert --help",
+                        request->output);
+  if (request->thickness > 0 && (request->size > 0 || request->order > 1 || request->tool >= 0))
+    return config_usage("mesh", "--thickness makes a sheet of the surface as it is: leave --size, "
+                                "--order and --tool out");
+  if (!(request->thickness > 0) && (request->layers > 1 || request->side > 0))
+    return config_usage("mesh", "--layers and --side are of a sheet: give --thickness");
+  if (request->thickness > 0 && !thrum_mesh_write_takes(request->output, THRUM_FORM_HEX8))
+    return config_usage("mesh",
+                        "the format of '%s' has no wedges and hexahedra: take .msh, .inp, "
+                        ".vtu, .vtk or .mesh",
                         request->output);
   return COMMAND_DONE;
 }
@@ -223,7 +256,7 @@ static void warn_unit(const mesh_request *request, const mesh_work *work) {
 }
 
 static void print_results(const mesh_request *request, const mesh_work *work) {
-  const char *tool = mesh_tool_names[work->tool];
+  const char *tool = work->tool >= 0 ? mesh_tool_names[work->tool] : NULL;
   const bool flagged = work->flags != 0 || work->other_volume;
 
   // the object of `thrum check` with the surface added
@@ -231,8 +264,9 @@ static void print_results(const mesh_request *request, const mesh_work *work) {
   cJSON_ReplaceItemInObjectCaseSensitive(object, "status",
                                          cJSON_CreateString(flagged ? "flagged" : "done"));
   json_string(object, "surface", request->surface);
-  cJSON_AddStringToObject(object, "tool", tool);
-  json_number(object, "surface_volume_m3", fabs(work->checked.volume));
+  json_string(object, "tool", request->thickness > 0 ? NULL : tool);
+  json_number(object, "surface_volume_m3",
+              request->thickness > 0 ? NAN : fabs(work->checked.volume));
   json_number(object, "surface_shells", (double)work->checked.shells);
   cJSON *repairs = cJSON_AddObjectToObject(object, "surface_repairs");
   json_number(repairs, "vertices_joined", (double)work->repairs.joined);
@@ -243,28 +277,48 @@ static void print_results(const mesh_request *request, const mesh_work *work) {
   check_report_show(object, request->json);
 }
 
+/* The sheet of an open or closed surface. */
+static thrum_status make_sheet(const mesh_request *request, mesh_work *work, thrum_error *error) {
+  int64_t joined = 0;
+  const thrum_sheet_options options = {request->thickness,
+                                       request->layers > 0 ? request->layers : 1,
+                                       (thrum_sheet_side)(request->side > 0 ? request->side : 0)};
+  THRUM_TRY(thrum_surface_mesh_read(request->surface, request->scale, &work->surface, error));
+  THRUM_TRY(thrum_surface_join(&work->surface, &joined, error));
+  THRUM_TRY(thrum_surface_check(&work->surface, &work->checked, error));
+  THRUM_TRY(thrum_surface_sheet(&work->surface, &options, request->surface, &work->mesh, error));
+  return thrum_mesh_clean(&work->mesh, request->surface, 1, error);
+}
+
+static thrum_status fill_surface(const mesh_request *request, mesh_work *work, thrum_error *error) {
+  THRUM_TRY(read_surface(request, work, error));
+  THRUM_TRY(run_tool(request, work, error));
+  return request->order == 2 ? thrum_midsides_add(&work->mesh, error) : THRUM_OK;
+}
+
 static thrum_status make_mesh(const mesh_request *request, mesh_work *work, thrum_error *error) {
   const thrum_mesh_write_options options = {0};
   thrum_mesh_lost lost = {0};
   THRUM_TRY(path_check_output(request->output, error));
-  THRUM_TRY(read_surface(request, work, error));
-  THRUM_TRY(run_tool(request, work, error));
-  if (request->order == 2)
-    THRUM_TRY(thrum_midsides_add(&work->mesh, error));
+  if (request->thickness > 0)
+    THRUM_TRY(make_sheet(request, work, error));
+  else
+    THRUM_TRY(fill_surface(request, work, error));
 
   // the mesh is examined before it is written, and written even if it has defects
   THRUM_TRY(thrum_mesh_examine(&work->mesh, &work->examined, error));
   work->flags = thrum_mesh_flags(&work->mesh, &work->examined);
   // a surface's unit is asked for by itself
   work->flags &= ~(unsigned)THRUM_EXAMINE_UNITS;
-  warn_volume(request, work);
+  if (!(request->thickness > 0))
+    warn_volume(request, work);
   warn_unit(request, work);
   thrum_interrupt_clean("\nthrum: stopped; the file being written was removed\n");
   return thrum_mesh_write(request->output, &work->mesh, &options, &lost, error);
 }
 
 int cmd_mesh(int argc, char **argv) {
-  mesh_request request = {.scale = 1, .tool = MESH_TOOL_NONE};
+  mesh_request request = {.scale = 1, .tool = MESH_TOOL_NONE, .side = -1};
   CONFIG_TRY(read_options(argc, argv, &request));
 
   // a mesh with defects is written and flagged

@@ -249,8 +249,9 @@ thrum_status thrum_surface_cavities(const thrum_surface_mesh *surface, double **
   return status;
 }
 
-static thrum_status refuse(const thrum_surface_mesh *surface, const thrum_surface_fault *fault,
-                           const char *path, const char *what, thrum_error *error) {
+thrum_status thrum_surface_refuse(const thrum_surface_mesh *surface,
+                                  const thrum_surface_fault *fault, const char *path,
+                                  const char *what, thrum_error *error) {
   const double *x = surface->vertices + 3 * (int64_t)fault->edge[0];
   const double *y = surface->vertices + 3 * (int64_t)fault->edge[1];
   thrum_text text = {.name = path,
@@ -278,6 +279,6 @@ thrum_status thrum_surface_meshable(const thrum_surface_mesh *surface,
                  "the surface crosses or touches itself: edges of three triangles or more"}};
   for (size_t n = 0; n < sizeof faults / sizeof *faults; n++)
     if (faults[n].fault->count > 0)
-      return refuse(surface, faults[n].fault, path, faults[n].what, error);
+      return thrum_surface_refuse(surface, faults[n].fault, path, faults[n].what, error);
   return THRUM_OK;
 }

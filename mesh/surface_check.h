@@ -40,6 +40,11 @@ thrum_status thrum_surface_meshable(const thrum_surface_mesh *surface,
                                     const thrum_surface_checked *checked, const char *path,
                                     thrum_error *error);
 
+/* Refuses a fault in such a line: what it is, how often, and where the first one is. */
+thrum_status thrum_surface_refuse(const thrum_surface_mesh *surface,
+                                  const thrum_surface_fault *fault, const char *path,
+                                  const char *what, thrum_error *error);
+
 /* A point inside each cavity: each shell that encloses a volume of the other sign than all
  * together, as its triangles go round the other way. *points: *count x 3, malloc'ed. Of a surface
  * without faults whose triangles are not turned. */
