@@ -73,6 +73,10 @@ thrum_status thrum_region_shares(thrum_fem *fem, thrum_mass kind, const thrum_mo
   const int64_t regions = fem->region_count;
   double *const values[] = {fem->lambda, fem->mu, fem->density};
   double *kept = NULL;
+  if (fem->solids.count > 0)
+    return thrum_error_set(error, THRUM_UNSUPPORTED,
+                           "the energies of regions are those of tetrahedra: make the model with "
+                           "--element tet, which cuts its elements");
   THRUM_TRY(thrum_reserve(&kept, 3 * regions, sizeof *kept, "the regions", error));
   for (int n = 0; n < 3; n++)
     memcpy(kept + n * regions, values[n], (size_t)regions * sizeof *kept);

@@ -419,7 +419,7 @@ static void force_is_the_slope_of_energy_and_stiffness_that_of_force(void **stat
     assert_int_equal(thrum_fem_pattern(&fem, &stiffness, &error), THRUM_OK);
 
     // differences along a direction about a displaced place
-    const double h = 1e-4;
+    const double h = 1e-5;
     double *u = random_vector(all, 0.05), *d = random_vector(n, 1);
     double *along = need((size_t)all, sizeof *along), *at = need((size_t)all, sizeof *at);
     double *force[3], *slope = need((size_t)n, sizeof *slope), *kd = need((size_t)n, sizeof *kd);
