@@ -140,8 +140,7 @@ static thrum_status write_frame(driver_run *run, int32_t n, double time, thrum_e
   if (request->ground)
     base_motions_position(request->base_motions, request->base_motion_count, time, base);
   const node_stress *nodes = &body->measures.nodes;
-  const vtu_stress stress = {nodes->largest, body->measures.von_mises,
-                             nodes->patches};
+  const vtu_stress stress = {nodes->largest, body->measures.von_mises, nodes->patches};
   return run_output_frame(&body->output, time, base, &stress, error);
 }
 
