@@ -2,6 +2,7 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "app/check_report.h"
 
+#include <math.h>
 #include <cjson/cJSON.h>
 #include <stdint.h>
 
@@ -127,9 +128,9 @@ cJSON *check_report_object(const char *name, const thrum_mesh *mesh, const thrum
                  {"interior_vertices", (double)e->interior_vertices},
                  {"shallow_tets", (double)e->shallow_tets},
                  {"cells_across", e->cells_across},
-                 {"bending_error", mesh->midsides || mesh->solid_count > 0
-                                       ? 0
-                                       : thrum_bending_error(e->cells_across)},
+                 {"bending_error", mesh->solid_count > 0 ? NAN
+                                   : mesh->midsides      ? 0
+                                                         : thrum_bending_error(e->cells_across)},
                  {"hinge_edges", (double)e->hinges},
                  {"coincident_vertices", (double)e->coincident_vertices},
                  {"flipped_tets", (double)mesh->flipped_tets},

@@ -10,6 +10,7 @@
 #include "driver/model/locking.h"
 #include "io/json.h"
 #include "mesh/midsides.h"
+#include "mesh/refine_solids.h"
 #include "mesh/solids.h"
 #include "platform/memory_limit.h"
 #include "platform/threads.h"
@@ -17,8 +18,9 @@
 #include "precompute/estimate.h"
 #include "precompute/options_check.h"
 
-#define TETS_MAX 200000 /* beyond it a plan for ten nodes alone takes long */
-#define WORK_MAX 5e12   /* operations of the factor and its solves: minutes on one core */
+#define TETS_MAX 200000  /* beyond it a plan for ten nodes alone takes long */
+#define REFINED_MAX 6000 /* elements of the finer mesh, whose modes take about a second */
+#define WORK_MAX 5e12    /* operations of the factor and its solves: minutes on one core */
 
 /* Whether a failure says that nothing is chosen, and not that precompute will refuse the body and
  * say why. */
@@ -126,6 +128,57 @@ thrum_status element_order_choose(const precompute_request *request, bool read,
   return change(request, hold, false, mesh, fixed, error);
 }
 
+/* A mesh that is two or four times as fine, as far as it has few enough elements. */
+static thrum_status refine(const thrum_mesh *mesh, const uint8_t *fixed, thrum_mesh *finer,
+                           uint8_t **held, int *levels, thrum_error *error) {
+  THRUM_TRY(thrum_mesh_refine(mesh, fixed, finer, held, error));
+  *levels = 1;
+  if (thrum_mesh_refined_count(finer) > REFINED_MAX)
+    return THRUM_OK;
+  thrum_mesh finest = {0};
+  uint8_t *finest_held = NULL;
+  THRUM_TRY(thrum_mesh_refine(finer, *held, &finest, &finest_held, error));
+  thrum_mesh_free(finer);
+  free(*held);
+  *finer = finest;
+  *held = finest_held;
+  *levels = 2;
+  return THRUM_OK;
+}
+
+thrum_status element_order_refine(const precompute_request *request, const thrum_mesh *mesh,
+                                  const uint8_t *fixed, int64_t modes, const double *omega2,
+                                  element_order *order, thrum_error *error) {
+  order->finer_count = 0;
+  const int64_t parts = thrum_mesh_refined_count(mesh);
+  if (parts == 0 || parts > REFINED_MAX)
+    return THRUM_OK;
+  const int64_t count = modes < ELEMENT_ORDER_FINER ? modes : ELEMENT_ORDER_FINER;
+  thrum_precompute_options options = thrum_default_precompute_options();
+  options.modes = options.rank = count;
+  options.mass = request->options.mass;
+  options.check = THRUM_CHECK_SEARCH;
+  options.order_known = true;
+
+  thrum_mesh finer = {0};
+  uint8_t *held = NULL;
+  int levels = 0;
+  thrum_precomputed made = {0};
+  thrum_status status = refine(mesh, fixed, &finer, &held, &levels, error);
+  THRUM_THEN(status, thrum_precompute(&finer, held, &options, &made, error));
+
+  // the error of what is 2^levels times as fine is 4^-levels times that of the mesh
+  const double share = 1 - ldexp(1, -2 * levels);
+  for (int64_t i = 0; i < count && status >= 0; i++)
+    order->finer_errors[order->finer_count++] = (sqrt(omega2[i] / made.mode_omega2[i]) - 1) / share;
+  thrum_precomputed_free(&made);
+  thrum_mesh_free(&finer);
+  free(held);
+
+  // a finer mesh that fails says nothing of this one
+  return is_fatal(status) ? status : THRUM_OK;
+}
+
 void element_order_say(const element_order *order, const thrum_mesh *mesh, const char *name) {
   char text[LOCKING_TEXT_MAX];
   if (order->by != ELEMENT_ORDER_AUTO || !mesh->midsides)
@@ -160,4 +213,5 @@ void element_order_json(cJSON *object, const element_order *order, const thrum_m
   cJSON_AddStringToObject(object, "order_by", names[order->by]);
   add_errors(object, "order_error", order->errors, order->error_count);
   add_errors(object, "ten_node_error", order->cubic_errors, order->cubic_count);
+  add_errors(object, "finer_error", order->finer_errors, order->finer_count);
 }

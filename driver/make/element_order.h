@@ -15,6 +15,9 @@ typedef enum element_order_by {
   ELEMENT_ORDER_AUTO    /* or was found by the error of linear tetrahedra */
 } element_order_by;
 
+/* How many frequencies a finer mesh is asked for. */
+enum { ELEMENT_ORDER_FINER = 2 };
+
 typedef struct element_order {
   element_order_by by;
   /* by how much linear tetrahedra have the first frequencies too high; none where not known */
@@ -23,6 +26,9 @@ typedef struct element_order {
   /* and by how much ten-node ones do, of a model that has them */
   int64_t cubic_count;
   double cubic_errors[THRUM_CUBIC_ERRORS_MAX];
+  /* and hexahedra and solid-shells, by a mesh twice as fine; none where it would take long */
+  int64_t finer_count;
+  double finer_errors[ELEMENT_ORDER_FINER];
   char kept[200]; /* why linear ones stay although they lock; "": they do not, or were wanted */
 } element_order;
 
@@ -36,6 +42,15 @@ typedef thrum_status element_order_hold(const precompute_request *request, const
  * not that of a model. */
 thrum_status element_order_choose(const precompute_request *request, bool read,
                                   element_order_hold *hold, thrum_mesh *mesh, uint8_t **fixed,
+                                  element_order *order, thrum_error *error);
+
+/* By how much the first frequencies are too high, omega2 of `modes` of them, by those of a mesh
+ * four times as fine, or twice where that has more than 6,000 elements: the error falls with the
+ * square of the elements' size. Of hexahedra of eight nodes and solid-shells; of larger meshes not
+ * known.
+ */
+thrum_status element_order_refine(const precompute_request *request, const thrum_mesh *mesh,
+                                  const uint8_t *fixed, int64_t modes, const double *omega2,
                                   element_order *order, thrum_error *error);
 
 /* Prints the line that says what was chosen, where ten nodes were. */

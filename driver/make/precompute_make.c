@@ -417,8 +417,10 @@ static thrum_status make_model(precompute_task *task, precompute_show *show,
     keep_order_errors(&result, &outcome->order);
   outcome->order.cubic_count = result.cubic_error_count;
   memcpy(outcome->order.cubic_errors, result.cubic_error, sizeof result.cubic_error);
+  status = element_order_refine(request, task->mesh, task->fixed, result.mode_count,
+                                result.mode_omega2, &outcome->order, error);
   outcome->dt = thrum_default_state_def().dt;
-  status = split_at(&result.model, outcome->dt, &outcome->split, error);
+  THRUM_THEN(status, split_at(&result.model, outcome->dt, &outcome->split, error));
 
   // the model first: the modes are an extra
   const double writing = clock_seconds();

@@ -275,12 +275,14 @@ static void add_seconds(cJSON *object, const precompute_outcome *outcome) {
   json_number(seconds, "total", outcome->seconds_total);
 }
 
-/* Linear tetrahedra that bend are too stiff, and ten-node ones that are large or hardly change
- * their volume. */
+/* Linear tetrahedra that bend are too stiff, and other elements that are large or distorted, or
+ * hardly change their volume. */
 static void warn_of_order(const precompute_outcome *outcome) {
   const element_order *order = &outcome->order;
   const char *name = path_basename(outcome->request->mesh_name);
-  if (outcome->mesh->midsides == NULL)
+  if (outcome->mesh->solid_count > 0)
+    locking_warn_of_solids(name, order->finer_errors, order->finer_count);
+  else if (outcome->mesh->midsides == NULL)
     locking_warn_of(name, order->errors, order->error_count, order->kept);
   else
     locking_warn_of_ten(name, order->cubic_errors, order->cubic_count);

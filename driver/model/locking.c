@@ -65,8 +65,19 @@ void locking_warn_of_ten(const char *name, const double *errors, int64_t count) 
   warn_of(name, "ten-node", errors, count, "", "make the model of a finer mesh");
 }
 
-/* The errors that the metadata of a model know of linear tetrahedra, or of ten-node ones; returns
- * how many. */
+void locking_warn_of_solids(const char *name, const double *errors, int64_t count) {
+  char text[LOCKING_TEXT_MAX];
+  double least = 0;
+  for (int64_t i = 0; i < count; i++)
+    least = fmin(least, errors[i]);
+  if (locking_most(errors, count) > LOCKING_TOLD || least < -LOCKING_TOLD)
+    config_warn(
+        "%s: its elements are too few or too distorted: by a finer mesh its first frequencies "
+        "are about %s too high; make the model of a finer mesh",
+        name, locking_text(errors, count, text));
+}
+
+/* The errors that the metadata of a model know of its elements, by their key; returns how many. */
 static int64_t errors_of(const cJSON *meta, const char *key,
                          double errors[THRUM_ORDER_ERRORS_MAX]) {
   const cJSON *item = NULL;
@@ -88,11 +99,17 @@ static double largest_poisson(const thrum_model *model) {
 
 void locking_warn(const char *name, const thrum_model *model) {
   double errors[THRUM_ORDER_ERRORS_MAX];
-  const bool ten = model->midsides != NULL;
+  const bool ten = model->midsides != NULL, solids = model->solid_count > 0;
   cJSON *meta = model_meta_parse(model);
-  const int64_t count = errors_of(meta, ten ? "ten_node_error" : "order_error", errors);
+  const int64_t count = errors_of(meta,
+                                  solids ? "finer_error"
+                                  : ten  ? "ten_node_error"
+                                         : "order_error",
+                                  errors);
   cJSON_Delete(meta);
-  if (!ten)
+  if (solids)
+    locking_warn_of_solids(name, errors, count);
+  else if (!ten)
     locking_warn_of(name, errors, count, "");
   else if (count > 0)
     locking_warn_of_ten(name, errors, count);
@@ -104,12 +121,24 @@ void locking_warn(const char *name, const thrum_model *model) {
 
 const char *locking_line(const thrum_model *model, char line[LOCKING_LINE_MAX]) {
   double errors[THRUM_ORDER_ERRORS_MAX], own[THRUM_ORDER_ERRORS_MAX];
+  double finer[THRUM_ORDER_ERRORS_MAX];
   char text[LOCKING_TEXT_MAX], own_text[LOCKING_TEXT_MAX];
   cJSON *meta = model_meta_parse(model);
   const int64_t count = errors_of(meta, "order_error", errors);
   const int64_t own_count = errors_of(meta, "ten_node_error", own);
+  const int64_t finer_count = errors_of(meta, "finer_error", finer);
   cJSON_Delete(meta);
   line[0] = 0;
+  if (model->solid_count > 0) {
+    if (finer_count > 0)
+      snprintf(line, LOCKING_LINE_MAX,
+               "by a finer mesh the first frequencies are about %s too high",
+               locking_text(finer, finer_count, text));
+    else
+      snprintf(line, LOCKING_LINE_MAX,
+               "by how much they are too stiff is not known: compare with a finer mesh");
+    return line;
+  }
   if (count == 0 && model->midsides == NULL)
     return line;
 
@@ -149,5 +178,10 @@ void locking_json(cJSON *object, const thrum_model *model) {
     json_numbers(object, "ten_node_error", errors, own_count);
   else
     cJSON_AddNullToObject(object, "ten_node_error");
+  const int64_t finer_count = errors_of(meta, "finer_error", errors);
+  if (finer_count > 0)
+    json_numbers(object, "finer_error", errors, finer_count);
+  else
+    cJSON_AddNullToObject(object, "finer_error");
   cJSON_Delete(meta);
 }

@@ -1,4 +1,4 @@
-/* By how much the linear tetrahedra of a model lock, as its file says.
+/* By how much the elements of a model lock, as its file says.
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_DRIVER_MODEL_LOCKING_H
 #define THRUM_DRIVER_MODEL_LOCKING_H
@@ -23,6 +23,9 @@ void locking_warn_of(const char *name, const double *errors, int64_t count, cons
 /* The same of ten-node tetrahedra, which a finer mesh mends. */
 void locking_warn_of_ten(const char *name, const double *errors, int64_t count);
 
+/* The same of hexahedra and solid-shells, whose frequencies may be too low as well. */
+void locking_warn_of_solids(const char *name, const double *errors, int64_t count);
+
 /* The same of a model, by its metadata. Where they do not know it that is said of ten-node
  * tetrahedra of a Poisson's ratio of LOCKING_POISSON or more. */
 #define LOCKING_POISSON 0.45
@@ -34,7 +37,8 @@ void locking_warn(const char *name, const thrum_model *model);
 const char *locking_line(const thrum_model *model, char line[LOCKING_LINE_MAX]);
 
 /* Adds the order of a model's elements, and what its metadata say of it: who chose it, and the
- * errors of linear and of ten-node tetrahedra; null where they do not know it. */
+ * errors of linear and of ten-node tetrahedra and of other elements; null where they do not know
+ * it. */
 void locking_json(cJSON *object, const thrum_model *model);
 
 #endif

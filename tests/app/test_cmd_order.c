@@ -155,6 +155,36 @@ static void meshes_that_do_not_lock_stay_as_they_are(void **state) {
   cJSON_Delete(object);
 }
 
+/* Few hexahedra are too stiff, which a finer mesh tells: within a third of what one says that is
+ * finer still. Each command that runs the model repeats it. */
+static void few_hexahedra_say_their_error(void **state) {
+  (void)state;
+  static const char *const meshes[] = {"beam:4x2x2@1x0.1x0.1,hex", "beam:24x4x4@1x0.1x0.1,hex"};
+  double frequency[2];
+  cJSON *coarse = NULL;
+  for (int n = 0; n < 2; n++) {
+    program_result run = thrum_run(folder, "precompute", meshes[n], "--element", "solid", "--fix",
+                                   "x<0.001", "--modes", "2", "--rank", "5", "-o",
+                                   n == 0 ? "few.npz" : "many.npz", "--json", NULL);
+    assert_true((strstr(run.err, "by a finer mesh") != NULL) == (n == 0));
+    cJSON *object = json_line(run.out);
+    frequency[n] = number_at(object, "frequencies_hz", 0);
+    if (n == 0)
+      coarse = object;
+    else
+      cJSON_Delete(object);
+    program_result_free(&run);
+  }
+  const double said = number_at(coarse, "finer_error", 0), found = frequency[0] / frequency[1] - 1;
+  if (!(found > 0.02 && fabs(said / found - 1) < 1.0 / 3))
+    fail_msg("said %g, found %g", said, found);
+  cJSON_Delete(coarse);
+  program_result run = thrum_run(folder, "simulate", "few.npz", "-o", "few", "--time", "0.01",
+                                 "--load", "constant:0,0,1@right", NULL);
+  assert_non_null(strstr(run.err, "by a finer mesh"));
+  program_result_free(&run);
+}
+
 /* What does not fit into the memory stays linear, and says why and by how much it errs. Sanitizers
  * take some 300 MB themselves. */
 static void memory_decides_too(void **state) {
@@ -215,6 +245,7 @@ int main(void) {
       cmocka_unit_test(precompute_says_what_it_chose),
       cmocka_unit_test(ten_nodes_that_lock_say_so),
       cmocka_unit_test(meshes_that_do_not_lock_stay_as_they_are),
+      cmocka_unit_test(few_hexahedra_say_their_error),
       cmocka_unit_test(memory_decides_too),
       cmocka_unit_test(every_command_says_by_how_much_a_linear_model_locks),
   };
