@@ -2,8 +2,8 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "app/check_report.h"
 
-#include <math.h>
 #include <cjson/cJSON.h>
+#include <math.h>
 #include <stdint.h>
 
 #include "driver/model/mesh_warnings.h"
