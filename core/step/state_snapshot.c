@@ -117,9 +117,9 @@ static thrum_status check_scheme(const thrum_model *model, const thrum_state *he
   return THRUM_OK;
 }
 
-static bool are_counts(const int64_t *counts, size_t n) {
+static bool are_counts(const int64_t *counts, size_t n, int64_t least) {
   for (size_t k = 0; k < n; k++)
-    if (counts[k] < -COUNT_MAX || counts[k] > COUNT_MAX)
+    if (counts[k] < least || counts[k] > COUNT_MAX)
       return false;
   return true;
 }
@@ -128,20 +128,22 @@ static thrum_status check_counts(const thrum_state *header, thrum_error *error) 
   const thrum_state_report *report = &header->report;
   const thrum_stability_monitor *monitor = &header->monitor;
   const thrum_spurious_work *spurious = &header->spurious;
-  const int64_t counts[] = {
-      report->steps,          report->iterations,     report->factorisations,
-      report->newton_steps,   report->energy_steps,   report->substep_steps,
-      report->switched_steps, report->split_changes,  report->scheme_switches,
-      report->corrections,    report->first_switch,   monitor->samples,
-      monitor->windows,       monitor->window_end,    monitor->switch_deadline,
-      monitor->before_step,   monitor->quiet_end,     monitor->energy_step,
-      report->grown_steps,    header->balance.begin,  header->target.begin,
-      header->eager_end,      header->potential_step, header->average_field_end,
-      report->single_steps,   report->tightened,      spurious->samples,
-      spurious->window_end,   header->jacobian_step,  header->jacobian_due,
-      header->split_end,      monitor->sample_step};
-  if (report->steps < 0 || !are_counts(counts, sizeof counts / sizeof counts[0]) ||
-      !are_counts(header->inverse_step, THRUM_INVERSES))
+
+  // what was counted, and steps at which something was or will be done, which may lie before 0
+  const int64_t counts[] = {report->steps,           report->iterations,    report->factorisations,
+                            report->newton_steps,    report->energy_steps,  report->substep_steps,
+                            report->switched_steps,  report->split_changes, report->corrections,
+                            report->scheme_switches, report->grown_steps,   report->single_steps,
+                            report->tightened};
+  const int64_t times[] = {
+      report->first_switch,      monitor->samples,     monitor->windows,     monitor->window_end,
+      monitor->switch_deadline,  monitor->before_step, monitor->quiet_end,   monitor->energy_step,
+      header->balance.begin,     header->target.begin, header->eager_end,    header->potential_step,
+      header->average_field_end, spurious->samples,    spurious->window_end, header->jacobian_step,
+      header->jacobian_due,      header->split_end,    monitor->sample_step};
+  if (!are_counts(counts, sizeof counts / sizeof counts[0], 0) ||
+      !are_counts(times, sizeof times / sizeof times[0], -COUNT_MAX) ||
+      !are_counts(header->inverse_step, THRUM_INVERSES, -COUNT_MAX))
     return refuse("counter", error);
 
   // switches, and places in the rings of past solves and inverses

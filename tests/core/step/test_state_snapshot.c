@@ -276,6 +276,8 @@ static void numbers_that_no_state_has_are_refused(void **context) {
   // counters that could overflow, and numbers that are none
   REFUSE(report.steps, INT64_MAX, "counter");
   REFUSE(report.steps, -1, "counter");
+  REFUSE(report.scheme_switches, -1, "counter");
+  REFUSE(report.split_changes, INT64_MIN / 4, "counter");
   REFUSE(monitor.window_end, INT64_MIN, "counter");
   REFUSE(report.time, NAN, "finite");
   REFUSE(monitor.reference, INFINITY, "finite");
