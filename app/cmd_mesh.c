@@ -63,8 +63,9 @@ static const config_option table[] = {
                   AT(size), CONFIG_ABOVE(0)),
     OPTION_NUMBER("scale", NULL, "1", "multiply lengths by this, such as 0.001 for millimetres",
                   AT(scale), CONFIG_ABOVE(0)),
-    OPTION_COUNT("order", "1",
-                 "of the tetrahedra; 2: ten nodes, those in the middle of straight edges",
+    OPTION_COUNT("order", "1; 2 of a geometry",
+                 "of the tetrahedra; 2: ten nodes, those in the middle of straight edges, or on "
+                 "the geometry",
                  AT(order), CONFIG_RANGE(1, 2)),
 
     // a sheet in place of a body
@@ -102,10 +103,13 @@ const config_command command_mesh = {
         "nothing is lost; its triangles stay as they are otherwise. The mesh is checked "
         "afterwards, as thrum check does. With --thickness the surface becomes a sheet of wedges "
         "and "
-        "hexahedra instead, without another program.",
+        "hexahedra instead, without another program. A geometry (.step, .stp, .iges, .igs, .brep) "
+        "is "
+        "meshed by Gmsh, with a group face_N of each face.",
     .options = table,
     .examples = "mesh statue.obj -o statue.msh\n"
                 "mesh roof.obj -o roof.vtu --thickness 0.25\n"
+                "mesh part.step -o part.msh --size 0.005\n"
                 "mesh part.stl -o part.veg --scale 0.001 --size 0.01 --tool tetgen",
     .exits = "0 done, 1 refused, 2 usage, 3 done, but something is flagged",
 };
@@ -120,6 +124,9 @@ static int read_options(int argc, char **argv, mesh_request *request) {
                         "'%s' names no format of meshes; end it in .msh, .veg, .vtu, .ele, "
                         "...: see thrum convert --help",
                         request->output);
+  if (mesh_tool_is_geometry(request->surface) &&
+      (request->thickness > 0 || request->tool == MESH_TOOL_TETGEN))
+    return config_usage("mesh", "a geometry is filled by Gmsh: leave --thickness and --tool out");
   if (request->thickness > 0 && (request->size > 0 || request->order > 1 || request->tool >= 0))
     return config_usage("mesh", "--thickness makes a sheet of the surface as it is: leave --size, "
                                 "--order and --tool out");
@@ -266,7 +273,8 @@ static void print_results(const mesh_request *request, const mesh_work *work) {
   json_string(object, "surface", request->surface);
   json_string(object, "tool", request->thickness > 0 ? NULL : tool);
   json_number(object, "surface_volume_m3",
-              request->thickness > 0 ? NAN : fabs(work->checked.volume));
+              work->checked.shells == 0 || request->thickness > 0 ? NAN
+                                                                  : fabs(work->checked.volume));
   json_number(object, "surface_shells", (double)work->checked.shells);
   cJSON *repairs = cJSON_AddObjectToObject(object, "surface_repairs");
   json_number(repairs, "vertices_joined", (double)work->repairs.joined);
@@ -290,6 +298,29 @@ static thrum_status make_sheet(const mesh_request *request, mesh_work *work, thr
   return thrum_mesh_clean(&work->mesh, request->surface, 1, error);
 }
 
+/* The body of a geometry, which says its unit itself. */
+static thrum_status mesh_geometry(const mesh_request *request, mesh_work *work,
+                                  thrum_error *error) {
+  config_progress progress = config_progress_make(request->quiet);
+  const mesh_tool_job job = {.path = request->surface,
+                             .size = request->size / request->scale,
+                             .verbose = request->verbose};
+  bool straight = false;
+  work->tool = MESH_TOOL_GMSH;
+  config_progress_update(&progress, "meshing with gmsh", 0);
+  const thrum_status status =
+      mesh_tool_geometry(&job, request->order == 1 ? 1 : 2, &work->mesh, &straight, error);
+  config_progress_end(&progress, status >= 0);
+  THRUM_TRY(status);
+  if (straight)
+    config_warn("%s: middle nodes lie on straight edges, as on the geometry elements would turn "
+                "inside out; a smaller --size mends it",
+                path_basename(request->surface));
+  for (int64_t c = 0; c < 3 * work->mesh.vertex_count; c++)
+    work->mesh.vertices[c] *= request->scale;
+  return THRUM_OK;
+}
+
 static thrum_status fill_surface(const mesh_request *request, mesh_work *work, thrum_error *error) {
   THRUM_TRY(read_surface(request, work, error));
   THRUM_TRY(run_tool(request, work, error));
@@ -300,7 +331,10 @@ static thrum_status make_mesh(const mesh_request *request, mesh_work *work, thru
   const thrum_mesh_write_options options = {0};
   thrum_mesh_lost lost = {0};
   THRUM_TRY(path_check_output(request->output, error));
-  if (request->thickness > 0)
+  const bool geometry = mesh_tool_is_geometry(request->surface);
+  if (geometry)
+    THRUM_TRY(mesh_geometry(request, work, error));
+  else if (request->thickness > 0)
     THRUM_TRY(make_sheet(request, work, error));
   else
     THRUM_TRY(fill_surface(request, work, error));
@@ -310,9 +344,10 @@ static thrum_status make_mesh(const mesh_request *request, mesh_work *work, thru
   work->flags = thrum_mesh_flags(&work->mesh, &work->examined);
   // a surface's unit is asked for by itself
   work->flags &= ~(unsigned)THRUM_EXAMINE_UNITS;
-  if (!(request->thickness > 0))
+  if (!geometry && !(request->thickness > 0))
     warn_volume(request, work);
-  warn_unit(request, work);
+  if (!geometry)
+    warn_unit(request, work);
   thrum_interrupt_clean("\nthrum: stopped; the file being written was removed\n");
   return thrum_mesh_write(request->output, &work->mesh, &options, &lost, error);
 }

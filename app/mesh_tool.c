@@ -17,6 +17,7 @@
 
 #include "config/message.h"
 #include "io/file.h"
+#include "mesh/formats/file_suffix.h"
 #include "mesh/formats/mesh_read.h"
 #include "mesh/formats/surface_write.h"
 #include "mesh/surface_check.h"
@@ -256,6 +257,103 @@ thrum_status mesh_tool_run(const mesh_tool_job *job, const thrum_surface_mesh *s
   if (status >= 0 && !made)
     status = refuse(&temp, job, surface, &end, &reason, error);
 
+  temp_folder_close(&temp);
+  return status;
+}
+
+/* --- geometries ------------------------------------------------------------------------------- */
+
+static const char *const geometry_suffixes[] = {".step", ".stp", ".iges", ".igs", ".brep", NULL};
+
+/* The suffix that OpenCASCADE's reader goes by; NULL: none. */
+static const char *geometry_suffix(const char *path) {
+  for (int n = 0; geometry_suffixes[n] != NULL; n++)
+    if (thrum_file_has_suffix(path, geometry_suffixes[n]))
+      return geometry_suffixes[n];
+  return NULL;
+}
+
+bool mesh_tool_is_geometry(const char *path) {
+  return geometry_suffix(path) != NULL;
+}
+
+/* A copy of the geometry in the folder, whose name needs no quotes, and the script that meshes it.
+ */
+static thrum_status write_geometry(temp_folder *temp, const mesh_tool_job *job, int order,
+                                   bool straight, thrum_error *error) {
+  char path[TEMP_FOLDER_PATH_MAX], script[1000];
+  void *data = NULL;
+  size_t size = 0;
+  int length = snprintf(
+      script, sizeof script,
+      "SetFactory(\"OpenCASCADE\");\nGeometry.OCCTargetUnit = \"M\";\n"
+      "Merge \"part%s\";\nv() = Volume \"*\";\ns() = Surface \"*\";\n"
+      "For i In {0:#s()-1}\nPhysical Surface(Sprintf(\"face_%%g\", s(i)), s(i)) = {s(i)};\n"
+      "EndFor\nFor i In {0:#v()-1}\n"
+      "Physical Volume(Sprintf(\"body_%%g\", v(i)), v(i)) = {v(i)};\nEndFor\n"
+      "Mesh.CharacteristicLengthFromCurvature = 1;\nMesh.MinimumElementsPerTwoPi = 16;\n"
+      "Mesh.ElementOrder = %d;\nMesh.SecondOrderLinear = %d;\n",
+      geometry_suffix(job->path), order, straight);
+  if (job->size > 0)
+    length += snprintf(script + length, sizeof script - (size_t)length,
+                       "Mesh.CharacteristicLengthMax = %.17g;\n", job->size);
+  THRUM_TRY(thrum_file_read(job->path, &data, &size, error));
+  char name[32];
+  snprintf(name, sizeof name, "part%s", geometry_suffix(job->path));
+  temp_folder_path(temp, name, path);
+  thrum_status status = thrum_file_write_atomic(path, data, size, error);
+  free(data);
+  temp_folder_path(temp, "part.geo", path);
+  THRUM_THEN(status, thrum_file_write_atomic(path, script, (size_t)length, error));
+  return status;
+}
+
+/* Says why there is no mesh of a geometry. */
+static thrum_status refuse_geometry(const temp_folder *temp, const mesh_tool_job *job,
+                                    const temp_folder_end *end, const thrum_error *reason,
+                                    thrum_error *error) {
+  char line[160] = "";
+  char *log = read_log(temp);
+  if (log != NULL)
+    pick_line(log, line);
+  free(log);
+  const char *hint = job->verbose ? "" : " (--verbose shows all that it said)";
+  if (end->signal != 0 || end->code != 0)
+    return thrum_error_set(error, THRUM_UNSUPPORTED, "%.150s: Gmsh failed: %s%s", job->path, line,
+                           hint);
+  const char *said = strstr(reason->message, ": ");
+  return thrum_error_set(error, THRUM_UNSUPPORTED,
+                         "%.100s: what Gmsh made of it is no mesh of a body: %.150s%s", job->path,
+                         said != NULL ? said + 2 : reason->message, hint);
+}
+
+thrum_status mesh_tool_geometry(const mesh_tool_job *job, int order, thrum_mesh *mesh,
+                                bool *straight, thrum_error *error) {
+  static const char *const words[] = {"gmsh", "-3",       "-nopopup", "-format", "msh41",
+                                      "-o",   "mesh.msh", "part.geo", NULL};
+  temp_folder temp;
+  temp_folder_end end = {0};
+  thrum_error reason = {0};
+  bool made = false;
+  if (!program_exists("gmsh"))
+    return thrum_error_set(error, THRUM_MISSING,
+                           "a geometry is meshed by Gmsh, which is not installed: apt-get install "
+                           "gmsh");
+  THRUM_TRY(temp_folder_open(&temp, error));
+  thrum_status status = THRUM_OK;
+  for (int attempt = 0; attempt < order && status >= 0 && !made; attempt++) {
+    char path[TEMP_FOLDER_PATH_MAX];
+    *straight = attempt > 0;
+    status = write_geometry(&temp, job, order, *straight, error);
+    THRUM_THEN(status, run(&temp, words, &end, error));
+    if (status >= 0 && job->verbose)
+      show_log(&temp);
+    temp_folder_path(&temp, "mesh.msh", path);
+    made = status >= 0 && end.code == 0 && end.signal == 0 &&
+           thrum_mesh_read(path, 1, mesh, &reason) >= 0;
+  }
+  if (status >= 0 && !made)
+    status = refuse_geometry(&temp, job, &end, &reason, error);
   temp_folder_close(&temp);
   return status;
 }

@@ -31,4 +31,14 @@ typedef struct mesh_tool_job {
 thrum_status mesh_tool_run(const mesh_tool_job *job, const thrum_surface_mesh *surface,
                            thrum_mesh *mesh, thrum_error *error);
 
+/* Is a name that of a geometry by its suffix: .step, .stp, .iges, .igs, .brep? */
+bool mesh_tool_is_geometry(const char *path);
+
+/* Meshes a geometry by Gmsh's OpenCASCADE, into metres by the unit that the file names. Each face
+ * is the group face_N. Edges are as long as `size` at most, where it is above 0, and a sixteenth of
+ * a circle. With order 2 middle nodes lie on the geometry; where elements would turn inside out by
+ * that, *straight says that all are in the middle of their edges. */
+thrum_status mesh_tool_geometry(const mesh_tool_job *job, int order, thrum_mesh *mesh,
+                                bool *straight, thrum_error *error);
+
 #endif

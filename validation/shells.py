@@ -8,8 +8,9 @@ Each mesh is a deck with its nodes on the normals of the exact surface, and each
 (validation/results/shells.csv) has the problem, the quantity, the mesh, the answer, the published one and the difference in per
 cent, and of linear problems that of CalculiX's C3D8I on the same deck. It takes some minutes on one core.
 
-Published: Scordelis-Lo roof, pinched cylinder with diaphragms, pinched hemisphere with an 18 degree hole: MacNeal & Harder 1985, Finite
-Elements in Analysis and Design 1, 3-20, and Belytschko et al. 1985. Cantilever under shear, slit annular plate and hemisphere under large
+Published: Scordelis-Lo roof and pinched hemisphere with an 18 degree hole: MacNeal & Harder 1985, Finite Elements in Analysis and Design 1,
+3-20. Pinched cylinder with diaphragms: Belytschko, Stolarski, Liu, Carpenter & Ong 1985, Computer Methods in Applied Mechanics and
+Engineering 51, 221-258. Cantilever under shear, slit annular plate and hemisphere under large
 loads: Sze, Liu & Lo 2004, Finite Elements in Analysis and Design 40, 1551-1569. Cantilever under an end moment: a circle.
 SPDX-License-Identifier: Apache-2.0
 """

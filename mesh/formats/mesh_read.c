@@ -100,8 +100,11 @@ static thrum_status refuse_kind(const char *name, thrum_error *error) {
                            "%.200s: unknown kind of mesh; Gmsh reads it: gmsh FILE -save -format "
                            "msh41 -o NEW.msh",
                            name);
-  if (thrum_file_has_suffix(name, ".geo") || thrum_file_has_suffix(name, ".step") ||
-      thrum_file_has_suffix(name, ".stp"))
+  if (thrum_file_has_suffix(name, ".step") || thrum_file_has_suffix(name, ".stp"))
+    return thrum_error_set(
+        error, THRUM_UNSUPPORTED,
+        "%.200s: is a geometry, not a mesh; thrum mesh FILE -o NEW.msh meshes it", name);
+  if (thrum_file_has_suffix(name, ".geo"))
     return thrum_error_set(error, THRUM_UNSUPPORTED,
                            "%.200s: is a geometry, not a mesh; Gmsh meshes it: gmsh FILE -3 "
                            "-format msh41 -o NEW.msh",

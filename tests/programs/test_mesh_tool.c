@@ -474,6 +474,39 @@ static void a_surface_with_faults_is_refused_before_a_tool_runs(void **state) {
                  "--size wants");
 }
 
+/* A plate of 40 x 20 x 10 mm with a hole, as a STEP file in millimetres: in metres, its curved
+ * sides have middle nodes on them, and each face is a group. */
+static void a_geometry_is_meshed(void **state) {
+  (void)state;
+  if (*tools[0] == 0)
+    return;
+  assert_int_equal(setenv("PATH", path_before, 1), 0);
+  char command[600];
+  write_text("make.geo", "SetFactory(\"OpenCASCADE\");\nBox(1)={0,0,0,40,20,10};\n"
+                         "Cylinder(2)={20,10,-1,0,0,12,4};\n"
+                         "BooleanDifference{Volume{1};Delete;}{Volume{2};Delete;}\n"
+                         "Save \"part.step\";\n");
+  snprintf(command, sizeof command, "cd '%s' && '%s' make.geo - >make.log 2>&1", folder, tools[0]);
+  if (system(command) != 0 || !file_exists(in_folder("part.step")))
+    return; // of this Gmsh OpenCASCADE is no part
+  program_result run = thrum_run(folder, "mesh", "part.step", "-o", "part.msh", "--size", "0.01",
+                                 "--json", "-q", NULL);
+  if (run.exit_code != 0)
+    fail_msg("%s", run.err);
+  cJSON *object = json_line(run.out);
+  const double exact = 0.04 * 0.02 * 0.01 - 3.14159265358979 * 0.004 * 0.004 * 0.01;
+  assert_true(fabs(json_value(object, "volume_m3") / exact - 1) < 1e-4);
+  assert_true(json_value(object, "order") == 2);
+  assert_int_equal(cJSON_GetArraySize(cJSON_GetObjectItem(object, "groups")), 7 + 1);
+  cJSON_Delete(object);
+  program_result_free(&run);
+
+  // what is no geometry is said in a line
+  write_text("bad.step", "no geometry\n");
+  expect_refusal(thrum_run(folder, "mesh", "bad.step", "-o", "out.msh", "-q", NULL), 1,
+                 "bad.step: ");
+}
+
 int main(int argc, char **argv) {
   signals_as_in_a_terminal();
   for (int n = 0; n < 2; n++)
@@ -485,6 +518,7 @@ int main(int argc, char **argv) {
       cmocka_unit_test(a_surface_is_mended_and_filled),
       cmocka_unit_test(an_stl_in_millimetres_is_joined_scaled_and_filled),
       cmocka_unit_test(several_parts_are_for_tetgen),
+      cmocka_unit_test(a_geometry_is_meshed),
 
       // surfaces and tools that fail
       cmocka_unit_test(triangles_that_cross_are_found),
