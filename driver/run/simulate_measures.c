@@ -242,8 +242,8 @@ void simulate_measures_json(const simulate_measures *m, double end, cJSON *objec
     if (m->record.warnings & warnings[n])
       json_add_string(raised, warning_keys[n]);
 
-  // extremes exist once a state has been looked at
-  const bool looked = m->record.looks > 0;
+  // extremes exist once tetrahedra have been looked at
+  const bool looked = m->record.stretch_tet >= 0;
   json_number(monitor, "sampled_tets", (double)thrum_monitor_sampled_tets(m->monitor, NULL));
   json_number(monitor, "least_stretch", looked ? m->record.stretch_least : NAN);
   json_number(monitor, "tet", looked ? (double)m->record.stretch_tet + 1 : NAN);

@@ -4,7 +4,8 @@
  *
  * - Compression: the StVK material loses stiffness in compression; the force of a bar peaks at the
  *   stretch 1/sqrt(3) = 0.577, below which it collapses and finally inverts (design 10). The
- *   monitor takes the least principal stretch of some sampled tetrahedra.
+ *   monitor takes the least principal stretch of some sampled tetrahedra. In a model of
+ *   solid-shells it samples none, as the tetrahedra that show one are strained where it bends.
  * - Reach: precompute makes its basis of modes and their derivatives for displacements of about a
  *   tenth of the body's diagonal (design 2). Reach is the largest displacement of some sampled
  *   vertices in that unit.
@@ -95,9 +96,10 @@ typedef struct thrum_monitor_record {
   uint32_t warnings;     /* bits of thrum_warning raised since the record was cleared */
   uint32_t warnings_now; /* bits that the last look raised */
   int64_t looks;         /* looks at q since the record was cleared */
-  double stretch;        /* least principal stretch of the sampled tetrahedra in the last look */
+  double stretch;        /* least principal stretch of the sampled tetrahedra in the last look,
+                            infinite where there are none */
   double stretch_least;  /* least stretch of all looks; below 0: inverted */
-  int32_t stretch_tet;   /* 0-based tetrahedron of stretch_least; -1: no look yet */
+  int32_t stretch_tet;   /* 0-based tetrahedron of stretch_least; -1: none yet */
   int32_t pad;           /* unused, keeps the layout without gaps */
   double reach;          /* reach in the last look [tenths of the diagonal] */
   double reach_most;     /* largest reach of all looks */
@@ -123,7 +125,8 @@ THRUM_API thrum_status thrum_sampled_tets_choose(const thrum_model *model, int64
                                                  thrum_error *error);
 
 /* Bytes of a monitor of this model, into *size. Checks the def: THRUM_UNINITIALISED_DEF, or
- * THRUM_INVALID_ARGUMENT with the field; THRUM_MISSING for a model without a mesh and a basis. */
+ * THRUM_INVALID_ARGUMENT with the field; THRUM_MISSING for a model without a mesh and a basis,
+ * THRUM_UNSUPPORTED for tetrahedra to sample in one of solid-shells. */
 THRUM_API thrum_status thrum_monitor_size(const thrum_model *model, const thrum_monitor_def *def,
                                           size_t *size, thrum_error *error);
 

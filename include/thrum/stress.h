@@ -5,8 +5,8 @@
  *   E(q) = 1/2 (G + G^T + G^T G)
  * is a quadratic polynomial of q, evaluated exactly up to rounding: the stresses belong to the same
  * body that the model steps. In a ten-node tetrahedron G depends on the place, and G(q) is that at
- * its centre. Of a model of solids the tetrahedra are the shape alone: stretches are near, and
- * stresses of thin elements are not. The second Piola-Kirchhoff stress is S = lambda tr(E) 1 + 2 mu
+ * its centre. Of a model of hexahedra, wedges or solid-shells the tetrahedra are the shape alone,
+ * so it has no stress points. The second Piola-Kirchhoff stress is S = lambda tr(E) 1 + 2 mu
  * E, or that of the model's point_law or of the region's, whose quotient by J is not finite where J
  * = 0; with F = 1 + G and J = det F the Cauchy stress, force over deformed area, is sigma = F S F^T
  * / J, from which von Mises' equivalent stress is taken.
@@ -57,7 +57,8 @@ typedef struct thrum_stress_points_output {
 } thrum_stress_points_output;
 
 /* Bytes of a set of stress points of this model, into *size. THRUM_INVALID_ARGUMENT for NULL or a
- * tetrahedron out of range, THRUM_MISSING for a model without a mesh and a basis. */
+ * tetrahedron out of range, THRUM_MISSING for a model without a mesh and a basis, THRUM_UNSUPPORTED
+ * for one of elements that are no tetrahedra. */
 THRUM_API thrum_status thrum_stress_points_size(const thrum_model *model,
                                                 const thrum_stress_points_def *def, size_t *size,
                                                 thrum_error *error);

@@ -155,7 +155,8 @@ thrum_status thrum_full_create(const thrum_model *model, const uint8_t *held,
                                  def->quadrature != THRUM_FULL_EXACT))
     return thrum_error_set(error, THRUM_UNSUPPORTED,
                            "full order: laws other than Saint Venant-Kirchhoff's, plastic flow and "
-                           "four points are those of tetrahedra: --element tet cuts the elements");
+                           "four points are those of tetrahedra: make the model with --element tet "
+                           "(precompute, or a run of a mesh)");
   if (def->law == THRUM_LAW_BY_REGION && !model->region_law)
     return thrum_error_set(error, THRUM_MISSING,
                            "full order: the regions of this model have no laws of their own");

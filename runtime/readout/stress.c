@@ -48,6 +48,10 @@ static thrum_status check_def(const thrum_model *model, const thrum_stress_point
     return thrum_error_set(error, THRUM_MISSING,
                            "the model has no mesh or no basis, so it has no stress: precompute it "
                            "from a mesh");
+  if (model->solid_count > 0)
+    return thrum_error_set(error, THRUM_UNSUPPORTED,
+                           "stress points are those of tetrahedra, and the model has other "
+                           "elements: precompute it with --element tet");
 
   // the chosen tetrahedra are ones of the model
   if (def->tets && (def->tet_count < 1 || def->tet_count > INT32_MAX / 4))

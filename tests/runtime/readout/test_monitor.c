@@ -317,6 +317,39 @@ static void the_share_of_a_load_outside_the_basis_is_that_of_the_closed_form(voi
   linear_fields_free(&fields);
 }
 
+static void the_stretch_of_a_solid_shell_is_not_that_of_the_tetrahedra_that_show_it(void **state) {
+  (void)state;
+  linear_fields fields;
+  linear_fields_make(&fields, "beam:1x1x1@1x1x1", 1e6, 0.3);
+  const thrum_monitor_def def = thrum_default_monitor_def();
+  const double squeezed[FIELDS] = {-0.6};
+  for (uint8_t form = 4; form <= 7; form += 3) {
+    const bool shell = form == 7;
+    fields.model.solid_count = 1;
+    fields.model.solid_form = &form;
+    const thrum_monitor *monitor = monitor_make(&fields.model, &def);
+
+    // a thick element is near, a thin one is not looked at; how far both moved is
+    thrum_monitor_record record;
+    thrum_monitor_clear(&record);
+    assert_int_equal(thrum_monitor_look(monitor, squeezed, &record, NULL), THRUM_OK);
+    assert_int_equal(thrum_monitor_sampled_tets(monitor, NULL) > 0, !shell);
+    assert_int_equal(record.warnings, THRUM_WARNING_REACH | (shell ? 0 : THRUM_WARNING_COMPRESSED));
+    assert_int_equal(record.stretch_tet < 0, shell);
+    monitor_free(monitor);
+
+    // nor are tetrahedra that the caller chooses
+    static const int32_t first = 0;
+    thrum_monitor_def chosen = def;
+    size_t size = 0;
+    chosen.sampled_tets = &first;
+    chosen.sampled_tet_count = 1;
+    assert_int_equal(thrum_monitor_size(&fields.model, &chosen, &size, NULL),
+                     shell ? THRUM_UNSUPPORTED : THRUM_OK);
+  }
+  linear_fields_free(&fields);
+}
+
 static void impossible_monitors_are_refused(void **state) {
   (void)state;
 
@@ -488,6 +521,7 @@ int main(void) {
       cmocka_unit_test(given_sampled_tets_are_the_ones_monitored),
       cmocka_unit_test(chosen_sampled_tets_see_the_worst_of_a_bent_beam),
       cmocka_unit_test(the_share_of_a_load_outside_the_basis_is_that_of_the_closed_form),
+      cmocka_unit_test(the_stretch_of_a_solid_shell_is_not_that_of_the_tetrahedra_that_show_it),
       cmocka_unit_test(impossible_monitors_are_refused),
       cmocka_unit_test(missing_arguments_of_a_monitor_are_refused),
       cmocka_unit_test(tets_are_chosen_for_a_body_with_a_mesh),

@@ -422,6 +422,15 @@ static void impossible_stress_points_are_refused(void **state) {
                    THRUM_INVALID_ARGUMENT);
   assert_int_equal(size, 7);
 
+  // a hexahedron, whose strains are not those of the tetrahedra that show it
+  const uint8_t hexahedron = 4;
+  thrum_model of_solids = fields.model;
+  of_solids.solid_count = 1;
+  of_solids.solid_form = &hexahedron;
+  assert_int_equal(thrum_stress_points_size(&of_solids, &good, &size, &error), THRUM_UNSUPPORTED);
+  assert_non_null(strstr(error.message, "--element tet"));
+  assert_int_equal(size, 7);
+
   // memory that is too small or misaligned, and a model without a basis
   assert_int_equal(thrum_stress_points_size(&fields.model, &good, &size, &error), THRUM_OK);
   void *memory = aligned_alloc(64, size + 64);
