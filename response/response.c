@@ -424,11 +424,17 @@ static thrum_status begin_forced(curve *c, const double *start, thrum_error *err
       answer_linearly(b, c->def->from, c->now.x);
     found = solve_first(c);
   }
+  const double hertz = c->def->from * c->def->periods / THRUM_TWO_PI;
+  if (!found && start != NULL)
+    return thrum_error_set(error, THRUM_NOT_CONVERGED,
+                           "no periodic motion was found near the start that was given, at %.6g "
+                           "Hz: begin at its frequency",
+                           hertz);
   return found ? THRUM_OK
                : thrum_error_set(error, THRUM_NOT_CONVERGED,
-                                 "no periodic motion was found at the first frequency, %.6g "
-                                 "rad/s: begin further from the resonance",
-                                 c->def->from);
+                                 "no periodic motion was found at %.6g Hz, where the curve begins: "
+                                 "begin further from the resonance, or with less load",
+                                 hertz);
 }
 
 /* Share of nonlinear forces where the mode is displaced by `amplitude`: each over its frequency. */
@@ -573,7 +579,10 @@ static bool cut(curve *c, int64_t index, double value) {
 static bool ends(curve *c, bool *lost) {
   const thrum_response_def *def = c->def;
   const int64_t n = c->balance.unknowns;
-  const double low = fmin(def->from, def->to), high = fmax(def->from, def->to);
+
+  // a first point that was given may be of a curve to both sides of it: as far there as here
+  const double behind = c->given ? def->from * def->from / def->to : def->from;
+  const double low = fmin(behind, def->to), high = fmax(behind, def->to);
   const double omega = c->next.omega;
   if (def->mode >= 0) {
     const int64_t index = c->balance.rank + def->mode;
@@ -588,13 +597,10 @@ static bool ends(curve *c, bool *lost) {
   if (!above && !below)
     return false;
 
-  // a first point that was given may be of a curve to both sides of it
   const double bound = above ? high : low;
-  const bool at_from = def->mode < 0 && bound == def->from;
-  if (at_from && c->given)
-    return false;
   *lost = !cut(c, n, bound);
-  c->report.end = at_from ? THRUM_RESPONSE_END_LEFT : THRUM_RESPONSE_END_ARRIVED;
+  c->report.end =
+      def->mode < 0 && bound == behind ? THRUM_RESPONSE_END_LEFT : THRUM_RESPONSE_END_ARRIVED;
   return true;
 }
 

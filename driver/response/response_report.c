@@ -10,8 +10,9 @@
 #include "core/base/pi.h"
 #include "io/json.h"
 
-#define TWIN 1e-3        /* of a frequency: modes that near are one pair */
-#define TAIL_WARNED 1e-3 /* of the kinetic energy in the last two harmonics */
+#define TWIN 1e-3         /* of a frequency: modes that near are one pair */
+#define RESONANCES_MOST 3 /* that the table names */
+#define TAIL_WARNED 1e-3  /* of the kinetic energy in the last two harmonics */
 
 /* How many there are on the curve. */
 static int64_t branch_points(const response_curve *c) {
@@ -19,6 +20,11 @@ static int64_t branch_points(const response_curve *c) {
   for (int64_t n = 0; n < c->count; n++)
     count += c->rows[n].point.kind == THRUM_RESPONSE_BRANCH;
   return count;
+}
+
+/* The last two harmonics tell whether these are enough, where the load's own is before them. */
+static bool tail_tells(const response_curve *c) {
+  return c->harmonics >= c->request->periods + 2;
 }
 
 const char *response_flag(const response_curve *curve, const response_worth *worth) {
@@ -37,7 +43,9 @@ const char *response_flag(const response_curve *curve, const response_worth *wor
   }
   if (branch_points(curve) < curve->request->branch)
     return "unbranched";
-  if (curve->report.tail > TAIL_WARNED)
+  if (worth->stopped)
+    return "stopped";
+  if (!tail_tells(curve) || curve->report.tail > TAIL_WARNED)
     return "coarse";
   return worth->count > 0 && !(worth->largest <= curve->request->check_error) ? "missed" : NULL;
 }
@@ -78,9 +86,11 @@ static void add_special(const response_curve *c, cJSON *object) {
   }
 }
 
-/* Where a multiple of the frequency meets that of a mode at rest. */
-static void add_resonances(const response_curve *c, cJSON *object) {
-  cJSON *list = cJSON_AddArrayToObject(object, "internal_resonances");
+/* Where a multiple of the frequency meets that of a mode at rest: `each` is told, lowest multiples
+ * first. */
+static void each_resonance(const response_curve *c,
+                           void (*each)(void *context, double multiple, int64_t mode, double omega),
+                           void *context) {
   double low = INFINITY, high = 0;
   for (int64_t n = 0; n < c->count; n++) {
     low = fmin(low, c->rows[n].point.omega);
@@ -90,13 +100,33 @@ static void add_resonances(const response_curve *c, cJSON *object) {
     for (int64_t mode = 0; mode < c->stepped->rank; mode++) {
       const double multiple = (double)k / (double)c->request->periods;
       const double omega = sqrt(c->stepped->omega2[mode]) / multiple;
-      if (omega < low || omega > high)
-        continue;
-      cJSON *item = json_add_row(list);
-      json_number(item, "harmonic", multiple);
-      json_number(item, "mode", (double)mode + 1);
-      json_number(item, "frequency_hz", hertz(omega));
+      if (omega >= low && omega <= high)
+        each(context, multiple, mode + 1, omega);
     }
+}
+
+static void add_resonance(void *context, double multiple, int64_t mode, double omega) {
+  cJSON *item = json_add_row(context);
+  json_number(item, "harmonic", multiple);
+  json_number(item, "mode", (double)mode);
+  json_number(item, "frequency_hz", hertz(omega));
+}
+
+static void print_resonance(void *context, double multiple, int64_t mode, double omega) {
+  int *printed = context;
+  if (++*printed <= RESONANCES_MOST)
+    printf("%s%g x %.6g Hz is mode %" PRId64, *printed == 1 ? "internal     " : ", ", multiple,
+           hertz(omega), mode);
+}
+
+/* The first of them, where the motion may go over to another mode. */
+static void print_resonances(const response_curve *c) {
+  int printed = 0;
+  each_resonance(c, print_resonance, &printed);
+  if (printed > RESONANCES_MOST)
+    printf(", %d more", printed - RESONANCES_MOST);
+  if (printed > 0)
+    printf("\n");
 }
 
 /* The two numbers that do not depend on the scale of the mode. */
@@ -210,14 +240,14 @@ cJSON *response_report_object(const response_curve *curve, const response_worth 
   json_number(object, "peak_hz", peak >= 0 ? hertz(curve->rows[peak].point.omega) : NAN);
   json_number(object, "peak_m", peak >= 0 ? curve->peak[peak * curve->target_count] : NAN);
   add_special(curve, object);
-  add_resonances(curve, object);
+  each_resonance(curve, add_resonance, cJSON_AddArrayToObject(object, "internal_resonances"));
 
   add_form(curve, object);
   add_pair(curve, object);
   add_worth(curve, worth, object);
 
   // how well it was found, and at what cost
-  json_number(object, "tail", report->tail);
+  json_number(object, "tail", tail_tells(curve) ? report->tail : NAN);
   json_number(object, "balance", report->balance);
   json_number(object, "iterations", report->iterations);
   json_number(object, "factorisations", report->factorisations);
@@ -234,12 +264,13 @@ void response_report_table(const response_curve *curve, const response_worth *wo
   printf("model        %" PRId64 " coordinates move, %" PRId64 " follow; mode %" PRId64
          " at %.6g Hz\n",
          curve->stepped->rank, curve->shape->rank - curve->stepped->rank, mode + 1, hertz(omega));
-  printf("curve        %" PRId64 " points, %.6g to %.6g Hz, %s; %" PRId64
-         " harmonics, the last two with "
-         "%.1e of the energy\n",
+  printf("curve        %" PRId64 " points, %.6g to %.6g Hz, %s; %" PRId64 " harmonic%s",
          curve->count, hertz(curve->rows[0].point.omega),
          hertz(curve->rows[curve->count - 1].point.omega), thrum_response_end_name(report->end),
-         curve->harmonics, report->tail);
+         curve->harmonics, curve->harmonics > 1 ? "s" : "");
+  if (tail_tells(curve))
+    printf(", the last two with %.1e of the energy", report->tail);
+  printf("\n");
   if (request->mode == 0 && (request->from == 0 || request->to == 0))
     printf("range        %.6g to %.6g Hz, as --from and --to are not both given\n", curve->from,
            curve->to);
@@ -260,6 +291,7 @@ void response_report_table(const response_curve *curve, const response_worth *wo
                  : thrum_response_kind_name(row->point.kind),
              hertz(row->point.omega), 100 * (row->point.omega / omega - 1), mode + 1, n + 1);
   }
+  print_resonances(curve);
   if (curve->form.omega > 0)
     printf("normal form  %s; d omega/c^2 = %.6g, e omega^2/c^3 = %.6g; orders 5 and 7 are 1 %% "
            "apart at %.3g m\n",
@@ -305,7 +337,12 @@ void response_report_warn(const response_curve *curve, const response_worth *wor
     config_warn("the mesh misses an orbit by %.2g %% in a period: take more --modes with all their "
                 "derivatives, or --condense none",
                 100 * worth->largest);
-  if (curve->report.tail > TAIL_WARNED)
+  if (!tail_tells(curve))
+    config_warn(
+        "--harmonics %d: nothing tells whether these are enough, as the load has one of the "
+        "last two; take %d or more",
+        (int)curve->harmonics, (int)request->periods + 2);
+  else if (curve->report.tail > TAIL_WARNED)
     config_warn(
         "too few harmonics: the last two of %d have %.2g %% of the kinetic energy; take more "
         "--harmonics",
@@ -326,7 +363,12 @@ void response_report_warn(const response_curve *curve, const response_worth *wor
     config_warn("the curve ends at %.6g Hz after as many --points as were allowed", last);
   if (curve->report.end == THRUM_RESPONSE_END_STOPPED)
     config_warn("stopped at %.6g Hz: what was found is kept", last);
-  if (curve->report.end == THRUM_RESPONSE_END_LEFT)
+  if (worth->stopped && curve->report.end != THRUM_RESPONSE_END_STOPPED)
+    config_warn("stopped after %d motions of the mesh: whether it follows the others is not known",
+                (int)worth->count);
+  if (curve->report.end == THRUM_RESPONSE_END_LEFT && request->start_from != NULL)
+    config_warn("the curve turned back and ends behind --from, at %.6g Hz", last);
+  else if (curve->report.end == THRUM_RESPONSE_END_LEFT)
     config_warn("the curve turned back and left the range at --from, %.6g Hz", last);
   if (curve->report.end == THRUM_RESPONSE_END_CLOSED)
     config_warn("the curve closed on itself at %.6g Hz", last);

@@ -252,7 +252,8 @@ thrum_status response_worth_find(const response_curve *curve, response_worth *wo
     worth->largest = fmax(worth->largest, worth->points[worth->count++].mesh);
   }
   config_progress_end(&progress, status >= 0);
-  worth->left_out = run.late && worth->count == 0 && !thrum_stop_requested();
+  worth->stopped = thrum_stop_requested() && worth->count < count;
+  worth->left_out = run.late && worth->count == 0 && !worth->stopped;
   worth->seconds = clock_seconds() - began;
   free(run.memory);
   return status;

@@ -18,6 +18,7 @@ typedef struct response_worth_point {
 typedef struct response_worth {
   response_worth_point points[RESPONSE_WORTH_MOST];
   int64_t count;
+  bool stopped;   /* before all that were to be looked at */
   bool left_out;  /* the mesh takes so long that no motion was looked at, as nobody asked for it */
   double largest; /* of the mesh */
   double seconds;

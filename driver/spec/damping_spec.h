@@ -44,14 +44,16 @@ void damping_spec_rates(const damping_spec *damping, const double *omega2, int64
       "damping over critical damping of each linear mode, such as 0.002; the last one is "         \
       "that of all modes beyond, and other coordinates have the least rate of the modes; adds "    \
       "to --damping",                                                                              \
-      .take = taken, CONFIG_FROM(0), .wants = "ratios from 0, with commas between",                \
-      .schema = "{\"anyOf\":[{\"type\":\"number\",\"minimum\":0},{\"type\":\"array\","             \
-                "\"items\":{\"type\":\"number\",\"minimum\":0}}]}")
+      .take = taken, CONFIG_RANGE(0, 1),                                                           \
+      .wants = "ratios from 0 to 1 (0.5 % is 0.005), with commas between",                         \
+      .schema = "{\"anyOf\":[{\"type\":\"number\",\"minimum\":0,\"maximum\":1},"                   \
+                "{\"type\":\"array\",\"items\":{\"type\":\"number\",\"minimum\":0,"                \
+                "\"maximum\":1}}]}")
 #define OPTION_QUALITY(taken)                                                                      \
   OPTION_WORD("q", "Q1,Q2,...", "none",                                                            \
               "quality factor of each mode, 1 over twice its damping ratio, in its place",         \
-              .take = taken, CONFIG_ABOVE(0), .wants = "numbers above 0, with commas between",     \
-              .schema = "{\"anyOf\":[{\"type\":\"number\",\"exclusiveMinimum\":0},{\"type\":"      \
-                        "\"array\",\"items\":{\"type\":\"number\",\"exclusiveMinimum\":0}}]}")
+              .take = taken, CONFIG_FROM(0.5), .wants = "numbers from 0.5, with commas between",   \
+              .schema = "{\"anyOf\":[{\"type\":\"number\",\"minimum\":0.5},{\"type\":"             \
+                        "\"array\",\"items\":{\"type\":\"number\",\"minimum\":0.5}}]}")
 
 #endif

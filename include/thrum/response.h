@@ -134,7 +134,7 @@ THRUM_API const char *thrum_response_kind_name(thrum_response_kind kind);
 /* How a curve ended. */
 #define THRUM_RESPONSE_END_LIST(X)                                                                 \
   X(ARRIVED, 0, "arrived")         /* at `to`, or out of the range of a backbone */                \
-  X(LEFT, 1, "left the range")     /* behind `from` */                                             \
+  X(LEFT, 1, "left the range")     /* behind `from`, or as far as `to` behind a given start */     \
   X(AMPLITUDE, 2, "amplitude")     /* the amplitude asked for is reached */                        \
   X(CLOSED, 3, "closed")           /* back at its first point */                                   \
   X(POINTS, 4, "number of points") /* as many as were allowed */                                   \
@@ -156,7 +156,8 @@ typedef struct thrum_response_point {
   double energy;              /* kinetic and strain energy, mean of a period [J] */
   double work;                /* of the load over a period [J] */
   double dissipated;          /* by D over a period [J]; equal to the work but for the residual */
-  double tail;                /* kinetic energy of the last two harmonics over that of all [1] */
+  double tail;                /* kinetic energy of the last two harmonics over that of all [1]; 0
+                                 where H is 2 or less, which says nothing */
   double residual;            /* as of `tolerance` */
   double arc;                 /* length of the curve up to here, in steps relative to 1 */
   const double *multipliers;  /* 2 rank Floquet multipliers, real and imaginary parts in turn, by
@@ -185,7 +186,8 @@ THRUM_API thrum_status thrum_response_size(const thrum_model *model, const thrum
 /* Follows the curve. `workspace` has thrum_response_size bytes, is aligned to 64 and stays the
  * caller's. `visit` is called with `context` and each point in turn, in this thread; where it
  * returns false the curve ends. start: NULL, or coefficients ((2 H + 1) x rank) near those of the
- * first point of a forced curve, whose frequency is `from`.
+ * first point of a forced curve, whose frequency is `from`. Such a curve may go on behind `from`,
+ * to from^2 / to.
  *
  * What was found stays found: a curve that cannot be followed to its end is done with report->end.
  * THRUM_NOT_CONVERGED where not even the first point is found, THRUM_BAD_VALUE for numbers that are

@@ -7,8 +7,14 @@
 
 #include <cmocka.h>
 #include <math.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
+#include "driver/make/named_model.h"
+#include "driver/response/response_report.h"
 #include "io/npy_file.h"
+#include "platform/stop_request.h"
 #include "tests/support/simulate_support.h"
 #include "tests/support/test_folder.h"
 
@@ -343,6 +349,53 @@ static void too_few_harmonics_flag_the_curve(void **state) {
   cJSON_Delete(object);
 }
 
+/* The last two of two are the load's and the one above it. */
+static void harmonics_that_none_judge_flag_the_curve(void **state) {
+  (void)state;
+  cJSON *object =
+      object_of(thrum_run(folder, "response", "beam.npz", "--load", LOAD, "--damping-ratio", "0.01",
+                          "--from", "20", "--to", "25", "--harmonics", "2", "--stability", "off",
+                          "--no-check", "--json", "-q", NULL),
+                3);
+  assert_true(isnan(json_value(object, "tail")));
+  assert_string_equal(cJSON_GetObjectItemCaseSensitive(object, "status")->valuestring, "coarse");
+  cJSON_Delete(object);
+}
+
+/* In a process of its own, as a signal stays noted. */
+static void a_check_that_is_broken_off_is_no_check(void **state) {
+  (void)state;
+  char model[300], *words[] = {"response", model,     "--mode", "1",  "--amplitude",
+                               "0.002",    "--check", "2",      "-q", NULL};
+  snprintf(model, sizeof model, "%s", in_folder("beam.npz"));
+  const pid_t child = fork();
+  if (child == 0) {
+    response_request request = {0};
+    load_target target = {0};
+    const char *at = NULL;
+    const thrum_model *loaded = NULL;
+    response_curve curve = {0};
+    response_worth worth = {0};
+    request.targets = &target;
+    request.at = &at;
+    if (response_options_read(9, words, &request) != 0 ||
+        named_model_load(model, true, &loaded, NULL, NULL) < 0 ||
+        response_curve_open(&request, loaded, &curve, NULL) < 0 ||
+        response_curve_find(&curve, NULL) < 0)
+      _exit(2);
+    thrum_stop_request_catch();
+    raise(SIGINT);
+    if (response_worth_find(&curve, &worth, NULL) < 0)
+      _exit(3);
+    const char *flag = response_flag(&curve, &worth);
+    _exit(worth.count == 0 && flag != NULL && strcmp(flag, "stopped") == 0 ? 0 : 4);
+  }
+  int status = -1;
+  assert_true(child > 0 && waitpid(child, &status, 0) == child);
+  assert_true(WIFEXITED(status));
+  assert_int_equal(WEXITSTATUS(status), 0);
+}
+
 /* A straight beam is symmetric: nothing crosses its curve, which is the same over two periods. */
 static void a_curve_of_two_periods_is_that_of_one(void **state) {
   (void)state;
@@ -378,6 +431,13 @@ static void bad_input_is_one_line(void **state) {
   refuse(2, "say the same thing",
          thrum_run(folder, "response", "beam.npz", "--load", LOAD, "--q", "9", "--damping-ratio",
                    "0.1", NULL));
+  refuse(2, "0.5 % is 0.005",
+         thrum_run(folder, "response", "beam.npz", "--load", LOAD, "--damping-ratio", "5", NULL));
+  refuse(
+      2, "0.5 % is 0.005",
+      thrum_run(folder, "response", "beam.npz", "--load", LOAD, "--damping-ratio", "0.5%", NULL));
+  refuse(2, "from 0.5",
+         thrum_run(folder, "response", "beam.npz", "--load", LOAD, "--q", "0.005", NULL));
   refuse(2, "is of a load",
          thrum_run(folder, "response", "beam.npz", "--mode", "1", "--periods", "2", NULL));
   refuse(2, "the load alone",
@@ -414,6 +474,8 @@ int main(void) {
       cmocka_unit_test(a_mesh_is_damped_as_the_mode_that_swings),
       cmocka_unit_test(a_free_mesh_feels_what_bends_it),
       cmocka_unit_test(too_few_harmonics_flag_the_curve),
+      cmocka_unit_test(harmonics_that_none_judge_flag_the_curve),
+      cmocka_unit_test(a_check_that_is_broken_off_is_no_check),
       cmocka_unit_test(a_curve_of_two_periods_is_that_of_one),
       cmocka_unit_test(bad_input_is_one_line),
   };

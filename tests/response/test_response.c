@@ -42,7 +42,8 @@ static bool keep(void *context, const thrum_response_point *point) {
   return true;
 }
 
-static curve *follow(const thrum_model *model, const thrum_response_def *def) {
+static curve *follow_from(const thrum_model *model, const thrum_response_def *def,
+                          const double *start) {
   size_t size = 0;
   thrum_error error;
   curve *c = random_alloc(1, sizeof *c);
@@ -53,10 +54,14 @@ static curve *follow(const thrum_model *model, const thrum_response_def *def) {
     fail_msg("%s", error.message);
   void *memory = aligned_alloc(64, size);
   memset(memory, 0xff, size);
-  if (thrum_response(model, def, NULL, memory, size, keep, c, &c->report, &error) != THRUM_OK)
+  if (thrum_response(model, def, start, memory, size, keep, c, &c->report, &error) != THRUM_OK)
     fail_msg("%s", error.message);
   free(memory);
   return c;
+}
+
+static curve *follow(const thrum_model *model, const thrum_response_def *def) {
+  return follow_from(model, def, NULL);
 }
 
 /* q'' + d q' + w2 q + e q^3 = F cos(Omega t). */
@@ -181,6 +186,36 @@ static void duffings_forced_curve_and_folds_are_those_of_the_closed_form(void **
       assert_true(fabs(c->points[c->count - 1].omega - def.to) < 1e-12);
       free(c);
     }
+}
+
+static void a_given_start_may_turn_back_and_ends_as_far_behind_it(void **context) {
+  (void)context;
+  duffing o;
+  duffing_make(&o, 1, 0.8, 0.02, 0.02);
+  const double load[1] = {o.force};
+  thrum_response_def def = thrum_default_response_def();
+  def.harmonics = 1;
+  def.from = 0.5;
+  def.to = 1.6;
+  def.damping = &o.d;
+  def.load_cosine = load;
+  curve *c = follow(&o.model, &def);
+  int middle = 0;
+  while (middle < c->count && c->points[middle].unstable != 1)
+    middle++;
+  middle += 3;
+  assert_true(middle < c->count && c->points[middle].unstable == 1);
+
+  // down from an unstable motion, around the lower fold, and up again
+  def.from = c->points[middle].omega;
+  def.to = 0.9 * def.from;
+  curve *back = follow_from(&o.model, &def, c->coefficients[middle]);
+  assert_int_equal(back->report.end, THRUM_RESPONSE_END_LEFT);
+  assert_int_equal(back->report.folds, 1);
+  const double end = back->points[back->count - 1].omega;
+  assert_true(fabs(end * 0.9 / def.from - 1) < 1e-12);
+  free(back);
+  free(c);
 }
 
 static void motions_between_the_folds_are_unstable_and_no_others(void **context) {
@@ -953,6 +988,7 @@ int main(void) {
       cmocka_unit_test(a_slow_sweep_follows_the_stable_branch_and_jumps_at_the_folds),
       cmocka_unit_test(duffings_backbone_is_that_of_elliptic_functions),
       cmocka_unit_test(duffings_forced_curve_and_folds_are_those_of_the_closed_form),
+      cmocka_unit_test(a_given_start_may_turn_back_and_ends_as_far_behind_it),
       cmocka_unit_test(motions_between_the_folds_are_unstable_and_no_others),
       cmocka_unit_test(multipliers_of_a_linear_oscillator_are_exponentials),
       cmocka_unit_test(modes_faster_than_the_steps_make_nothing_unstable),
