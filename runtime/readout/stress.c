@@ -51,7 +51,8 @@ static thrum_status check_def(const thrum_model *model, const thrum_stress_point
   if (model->solid_count > 0)
     return thrum_error_set(error, THRUM_UNSUPPORTED,
                            "stress points are those of tetrahedra, and the model has other "
-                           "elements: precompute it with --element tet");
+                           "elements: thrum static says their stress, and so does thrum simulate "
+                           "--stress; or precompute it with --element tet");
 
   // the chosen tetrahedra are ones of the model
   if (def->tets && (def->tet_count < 1 || def->tet_count > INT32_MAX / 4))
