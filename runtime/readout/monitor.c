@@ -24,7 +24,9 @@
 #define NOTHING 1e-24   /* a load of which less than this part is left moves a body as a whole */
 #define SAMPLED_TETS 64 /* by default */
 #define RIGID 6
-#define FIRST_SOLID_SHELL 6 /* of the numbers in solid_form, thrum/model.h */
+
+/* Of the numbers in solid_form, thrum/model.h. */
+enum { FIRST_SOLID_SHELL = 6 };
 
 /* The header; behind it, each at a multiple of 64: sampled tets (count i4), tips (rank x 3 x rank),
  * mass (vertex_count), stress points. */
