@@ -21,10 +21,12 @@
 #include "driver/model/locking.h"
 #include "driver/model/model_cut.h"
 #include "driver/model/model_meta.h"
+#include "driver/model/shape_gradient.h"
 #include "driver/model/split_at.h"
 #include "driver/record/run_read.h"
 #include "driver/spec/shared_options.h"
 #include "io/json.h"
+#include "io/npy_file.h"
 #include "io/report.h"
 #include "mesh/model_quality.h"
 #include "mesh/solids.h"
@@ -48,6 +50,7 @@ typedef struct info {
   bool steps_named;    /* by --dt or --integrator */
   bool touch_asked, gradient_asked;
   frequency_gradient gradient; /* where it was asked for */
+  const char *shape_gradient;  /* the file; NULL: not asked for */
   split_counts split;
   thrum_stepped_mode *stepped; /* rank */
   double file_bytes;
@@ -67,6 +70,7 @@ typedef struct info_request {
   load_spec loads[LOADS_MAX];
   int64_t load_count;
   bool touch, gradient;
+  const char *shape_gradient;
   bool json;
 } info_request;
 
@@ -96,6 +100,9 @@ static const config_option options[] = {
                 "by how much the frequencies of the linear modes change with Young's modulus, "
                 "Poisson's ratio and density of each region, in the whole mesh",
                 CONFIG_AT(info_request, gradient)),
+    OPTION_TEXT("shape-gradient", "FILE.npy", NULL,
+                "write the same by the place of each vertex, modes x vertices x 3 [1/m]",
+                .path = CONFIG_PATH_ALWAYS, CONFIG_AT(info_request, shape_gradient)),
 
     OPTION_JSON(info_request),
     OPTION_HELP,
@@ -121,7 +128,7 @@ const config_command command_info = {
                 "info horse\n"
                 "info beam.npz --load 'constant:0,0,-1@tip'\n"
                 "info horse --touch\n"
-                "info beam.npz --gradient\n"
+                "info beam.npz --gradient --shape-gradient shape.npy\n"
                 "info horse --dt 0.003 --integrator energy\n"
                 "info beam.npz --dt 0.001 --json\n"
                 "info run\n"
@@ -638,6 +645,17 @@ static thrum_status measure_touch(info *about, thrum_error *error) {
   return THRUM_OK;
 }
 
+/* Derivatives by places, a row of 3 vertices for each linear mode. */
+static thrum_status write_shape_gradient(const info *about, thrum_error *error) {
+  const int64_t modes = linear_modes(about);
+  double *rows = NULL;
+  THRUM_TRY(shape_gradient_find(about->model, modes, &rows, error));
+  const thrum_status status =
+      thrum_npy_write_f8(about->shape_gradient, rows, modes, 3 * about->model->vertex_count, error);
+  free(rows);
+  return status;
+}
+
 /* Everything that is printed, or the reason why not. */
 static thrum_status gather(info *about, thrum_error *error) {
   const thrum_model *model = about->model;
@@ -662,6 +680,8 @@ static thrum_status gather(info *about, thrum_error *error) {
     THRUM_TRY(measure_touch(about, error));
   if (about->gradient_asked)
     THRUM_TRY(frequency_gradient_find(model, linear_modes(about), &about->gradient, error));
+  if (about->shape_gradient)
+    THRUM_TRY(write_shape_gradient(about, error));
   return about->load_count == 0 ? THRUM_OK : measure_loads(about, error);
 }
 
@@ -679,7 +699,7 @@ static int say_run(const info_request *request) {
   if (recorded_folder_check(request->path, ", or a model file", &error) < 0)
     return config_refuse(&error);
   if (request->dt > 0 || request->integrator != (thrum_integrator)-1 || request->load_count > 0 ||
-      request->touch || request->gradient)
+      request->touch || request->gradient || request->shape_gradient)
     return config_usage("info", "%s is the folder of a run: all options but --json go with a model",
                         request->path);
   return info_run(request->path, request->json, &error) < 0 ? config_refuse(&error) : COMMAND_DONE;
@@ -698,6 +718,7 @@ int cmd_info(int argc, char **argv) {
                 .steps_named = request.dt > 0 || request.integrator != (thrum_integrator)-1,
                 .touch_asked = request.touch,
                 .gradient_asked = request.gradient,
+                .shape_gradient = request.shape_gradient,
                 .loads = request.loads,
                 .shares = shares,
                 .load_count = request.load_count,

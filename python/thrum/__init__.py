@@ -19,8 +19,8 @@ from ._errors import (BadFile, BadValue, Error, InvalidArgument, Missing, ModelM
                       ProgramFailed, Status, Unsupported)
 from ._mesh import Mesh
 from ._native import integrators, library_path, version
-from ._program import (Response, Run, check, compare, embed, export, identify, info, mesh, precompute, program,
-                       response, run_program, simulate, static, tradeoff)
+from ._program import (FrequencyGradient, Response, Run, check, compare, embed, export, frequency_gradient, identify, info,
+                       mesh, precompute, program, response, run_program, simulate, static, tradeoff)
 from .batch import Batch
 from .equilibrium import Equilibrium
 from .gradient import Gradient, Rollout, hessian_product, rollout, value_and_gradient
@@ -35,10 +35,10 @@ from .view import View, view
 __version__ = version()
 
 __all__ = [
-    "BadFile", "BadValue", "Batch", "Body", "Energies", "Equilibrium", "Error", "Gradient", "InvalidArgument", "Link", "Load",
+    "BadFile", "BadValue", "Batch", "Body", "Energies", "Equilibrium", "Error", "FrequencyGradient", "Gradient", "InvalidArgument", "Link", "Load",
     "Look", "Mesh", "Missing", "Model", "ModelMismatch", "Monitor", "NodeStress", "NotConverged", "Obstacle",
     "OutOfMemory", "Overlap", "ProgramFailed", "Pull", "Report", "Response", "Rollout", "Run", "Scene", "State", "Status", "Stress",
     "StressNodes", "StressPoints", "Surface", "Touch", "Unsupported", "View",
-    "check", "compare", "embed", "export", "hessian_product", "identify", "info", "integrators", "library_path", "mesh", "precompute",
+    "check", "compare", "embed", "export", "frequency_gradient", "hessian_product", "identify", "info", "integrators", "library_path", "mesh", "precompute",
     "program", "response", "rollout", "run_program", "simulate", "static", "tradeoff", "value_and_gradient", "version", "view",
 ]

@@ -330,6 +330,31 @@ def info(what: ModelOrPath | Run, *, dt: float | None = None, integrator: str | 
                    touch=touch)
 
 
+class FrequencyGradient:
+    """How frequencies of the whole mesh change, as `frequency_gradient` found it, all relative to the frequency.
+
+    frequency (modes) [Hz]. young, density (modes x regions): by a relative change of E or of the density; poisson (modes x
+    regions): by a change of Poisson's ratio; of modes that share a frequency each row has those into which it splits. place
+    (modes x vertices x 3) [1/m]: by the place of each vertex, of modes that share a frequency their mean; None: not asked for.
+    """
+
+    def __init__(self, rows: list[dict[str, Any]], place: npt.NDArray[np.float64] | None) -> None:
+        self.frequency = np.array([row["frequency_hz"] for row in rows])
+        self.young, self.poisson, self.density = (np.array([row[name] for row in rows]) for name in ("young", "poisson", "density"))
+        self.place = place
+
+
+def frequency_gradient(model: ModelOrPath, *, places: bool = False) -> FrequencyGradient:
+    """Runs `thrum info --gradient` on a Model or a model file: derivatives of the frequencies of its linear modes by the material
+    of each region, and where `places` are asked for by the place of each vertex, which only tetrahedra have."""
+    with tempfile.TemporaryDirectory(prefix="thrum-") as work:
+        path = os.path.join(work, "places.npy")
+        report = _run_on("info", model, gradient=True, shape_gradient=path if places else None)
+        rows = report["frequency_gradient"]
+        place = np.load(path).reshape(len(rows), -1, 3) if places else None
+    return FrequencyGradient(rows, place)
+
+
 def compare(run: Run | Path, other: Run | Path) -> dict[str, Any]:
     """Runs `thrum compare`: how far two runs are apart."""
     first, second = (item.folder if isinstance(item, Run) else os.fspath(item) for item in (run, other))

@@ -218,6 +218,45 @@ class Program(unittest.TestCase):
         with self.assertRaisesRegex(ValueError, "closed"):
             thrum.info(model)
 
+    def test_frequencies_change_with_places(self):
+        vertices, tets = box()
+        vertices = vertices * [0.5, 0.15, 0.1]
+        options = {"fix": "x<0.001", "order": 1, "modes": 3, "rank": 3, **SOLID}
+        random = np.random.default_rng(5)
+        along = random.standard_normal(vertices.shape) * (vertices[:, :1] > 0.2)
+
+        def frequencies(by):
+            moved = thrum.Mesh(vertices + by * along, tets)
+            return thrum.Model.precompute(moved, FOLDER + "/moved.npz", **options)
+
+        found = thrum.frequency_gradient(frequencies(0.0), places=True)
+        slopes = (found.place * along).sum(axis=(1, 2))
+        high, low = (frequencies(by).frequencies for by in (1e-5, -1e-5))
+        np.testing.assert_allclose((high - low) / 2e-5 / found.frequency, slopes, rtol=1e-6, atol=1e-6)
+        np.testing.assert_allclose(found.young.sum(axis=1), 0.5, rtol=1e-8)
+
+        # a corner of straight ten-node tetrahedra takes its middle nodes along
+        ten = thrum.Model.precompute(thrum.Mesh(vertices, tets), FOLDER + "/ten.npz", **{**options, "order": 2})
+        nodes, middle = ten.vertices, np.zeros((len(ten.vertices), 3))
+        for n, place in enumerate(nodes):
+            ends = [(a, b) for tet in tets for a in tet for b in tet
+                    if np.allclose(0.5 * (vertices[a] + vertices[b]), place, atol=1e-12)]
+            middle[n] = 0.5 * (along[ends[0][0]] + along[ends[0][1]])
+        slopes = (thrum.frequency_gradient(ten, places=True).place * middle).sum(axis=(1, 2))
+        high, low = (thrum.Model.precompute(thrum.Mesh(vertices + by * along, tets), FOLDER + "/ten.npz", **{**options, "order": 2})
+                     for by in (1e-5, -1e-5))
+        np.testing.assert_allclose((high.frequencies - low.frequencies) / 2e-5 / ten.frequencies, slopes, rtol=1e-5, atol=1e-5)
+
+    def test_modes_that_share_a_frequency_change_in_the_mean(self):
+        options = {"fix": "x<0.001", "order": 1, "modes": 2, "rank": 2, **SOLID}
+        square = thrum.Model.precompute("beam:4x2x2@1x0.1x0.1", FOLDER + "/square.npz", **options)
+        found = thrum.frequency_gradient(square, places=True)
+        np.testing.assert_array_equal(found.place[0], found.place[1])
+        wider = (found.place[0, :, 1] * square.vertices[:, 1]).sum()
+        mesh = [thrum.Mesh(square.vertices * [1, 1 + by, 1], square.tets) for by in (1e-5, -1e-5)]
+        high, low = (thrum.Model.precompute(one, FOLDER + "/square.npz", **options).frequencies.mean() for one in mesh)
+        self.assertAlmostEqual((high - low) / 2e-5 / found.frequency.mean() / wider, 1.0, 6)
+
     def test_identify(self):
         run = thrum.simulate(beam_file(), FOLDER + "/ring", time=1.5, dt=0.002, start="mode:1,0.05", damping_ratio=0.04, probe="tip")
         with open(os.path.join(run.folder, "probes.csv"), encoding="utf-8") as file:
