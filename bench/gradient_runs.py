@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """What gradients cost beside the run: in runs, of 1,000 steps under a force that stays (docs/bench.md).
 
-usage: PYTHONPATH=build/release/python python3 bench/gradient_runs.py MODEL.npz [RANK...]
+usage: PYTHONPATH=build/release/python python3 bench/gradient_runs.py MODEL.npz...
 
 Processor times, the least of nine turns that are taken in alternation. SPDX-License-Identifier: Apache-2.0
 """
@@ -30,10 +30,10 @@ def main():
     if len(sys.argv) < 2:
         sys.stderr.write(__doc__)
         return 2
-    model = thrum.Model.load(sys.argv[1])
     print("rank,integrator,us_a_step,recorded_runs,run_and_gradient_runs,hessian_product_runs")
-    for rank in [int(word) for word in sys.argv[2:]] or [model.rank]:
-        body = model.truncate(rank)
+    for path in sys.argv[1:]:
+        body = thrum.Model.load(path)
+        rank = body.rank
         start = body.start(0, 0.05)
         held = 5 * np.random.default_rng(1).standard_normal(rank)
         force = np.tile(held, (STEPS, 1))
