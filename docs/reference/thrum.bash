@@ -69,7 +69,7 @@ _thrum() {
   'tradeoff '*) words='--output --load --error --judge-by --budget --fps --time --quick --law --fix --young --poisson --density --material --scale --unit --regions --order --element --test --ranks --rank-max --dts --tolerances --integrators --precisions --cubature --cubature-errors --cubature-refine --damping --full-dt --keep-runs --threads --json --quiet --help --help-all --list-jobs --job --collect' ;;
   'verify '*) words='--output --refinements --json --quiet --help --list-jobs --job --collect' ;;
   'info --integrator') words='imexv newmark verlet midpoint energy fox-goodwin backward-euler semi-implicit-euler rk4 manifold' ;;
-  'info '*) words='--dt --integrator --load --touch --gradient --json --help' ;;
+  'info '*) words='--dt --integrator --load --touch --gradient --shape-gradient --json --help' ;;
   'embed '*) words='--output --scale --json --quiet --help' ;;
   'export --fmi') words='2 3' ;;
   'export '*) words='--glb --fps --pc2 --mdd --model --obj --surface --vega-basis --float --vega-cubic --numpy --torch --jax --header --fmu --fmi --at --nlvib --damping --damping-ratio --matrices --json --help' ;;
