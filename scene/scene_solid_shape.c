@@ -1,5 +1,6 @@
 /* Surfaces of solids: boxes, cylinders, capsules and height fields as triangles, counter-clockwise
- * from outside. SPDX-License-Identifier: Apache-2.0 */
+ * from outside. The ranges of their numbers are those of the fields (scene_fields.c), which are
+ * checked before. SPDX-License-Identifier: Apache-2.0 */
 #include "core/base/fp_contract.h"
 
 #include "scene/scene_solid_shape.h"
@@ -15,10 +16,6 @@
 
 static thrum_status refuse(thrum_error *error, const char *what) {
   return thrum_error_set(error, THRUM_BAD_VALUE, "a solid's %s", what);
-}
-
-static bool is_length(double length) {
-  return length > 0.0 && isfinite(length);
 }
 
 /* Room for the surface. */
@@ -63,8 +60,6 @@ static thrum_status make_box(const thrum_scene_solid_def *def, scene_solid *soli
   static const int32_t faces[12][3] = {{0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6},
                                        {0, 1, 5}, {0, 5, 4}, {2, 6, 7}, {2, 7, 3},
                                        {0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5}};
-  if (!is_length(def->half[0]) || !is_length(def->half[1]) || !is_length(def->half[2]))
-    return refuse(error, "half sides must be finite and above 0 [m]");
   THRUM_TRY(make_room(solid, 8, 12, error));
   for (int n = 0; n < 8; n++)
     put_vertex(solid, n, n & 1 ? def->half[0] : -def->half[0], n & 2 ? def->half[1] : -def->half[1],
@@ -102,20 +97,10 @@ static thrum_status make_rings(const double *radii, const double *heights, int64
   return THRUM_OK;
 }
 
-static thrum_status check_round(const thrum_scene_solid_def *def, thrum_error *error) {
-  if (!is_length(def->radius))
-    return refuse(error, "radius must be finite and above 0 [m]");
-  if (!(def->height >= 0.0) || !isfinite(def->height) ||
-      (def->shape == THRUM_SOLID_CYLINDER && def->height <= 0.0))
-    return refuse(error, "height must be finite and above 0 [m] (0 for a capsule)");
-  return def->segments >= 3 && def->segments <= SEGMENTS_MAX
-             ? THRUM_OK
-             : refuse(error, "segments must be 3 to 1024");
-}
-
 static thrum_status make_cylinder(const thrum_scene_solid_def *def, scene_solid *solid,
                                   thrum_error *error) {
-  THRUM_TRY(check_round(def, error));
+  if (def->height <= 0.0)
+    return refuse(error, "height must be above 0 [m] (0 for a capsule)");
   const double radii[2] = {def->radius, def->radius};
   const double heights[2] = {-0.5 * def->height, 0.5 * def->height};
   return make_rings(radii, heights, 2, heights, def->segments, solid, error);
@@ -124,7 +109,6 @@ static thrum_status make_cylinder(const thrum_scene_solid_def *def, scene_solid 
 /* Two half spheres, each of a quarter as many rings as there are segments. */
 static thrum_status make_capsule(const thrum_scene_solid_def *def, scene_solid *solid,
                                  thrum_error *error) {
-  THRUM_TRY(check_round(def, error));
   double radii[SEGMENTS_MAX], heights[SEGMENTS_MAX];
   const int64_t half = def->segments / 4 > 1 ? def->segments / 4 : 1;
   const int64_t doubled = def->height > 0.0 ? 0 : 1; // one equator where there is no length
@@ -147,8 +131,6 @@ static thrum_status make_height_field(const thrum_scene_solid_def *def, scene_so
   if (def->heights == NULL || def->rows < 2 || def->columns < 2 || def->rows > GRID_MAX ||
       def->columns > GRID_MAX)
     return refuse(error, "height field needs 2 to 2^15 rows and columns of heights");
-  if (!is_length(def->spacing[0]) || !is_length(def->spacing[1]))
-    return refuse(error, "spacing must be finite and above 0 [m]");
   THRUM_TRY(
       make_room(solid, def->rows * def->columns, 2 * (def->rows - 1) * (def->columns - 1), error));
   int64_t at = 0;

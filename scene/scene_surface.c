@@ -34,10 +34,6 @@ static thrum_status check(const thrum_scene_body_def *def, thrum_error *error) {
                              "vertex %lld is to touch; the model has %lld",
                              (long long)def->touch[n], (long long)model->vertex_count);
 
-  if (!(def->touch_stiffness >= 0) || !isfinite(def->touch_stiffness))
-    return thrum_error_set(error, THRUM_BAD_VALUE,
-                           "the stiffness of touch is negative or not "
-                           "finite");
   return THRUM_OK;
 }
 

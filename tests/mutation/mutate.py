@@ -188,7 +188,9 @@ class Bench:
         for path in [os.path.join(self.build, "tests", name)] + objects:
             if path not in self.symbols:
                 rows = [line.split() for line in run(["nm", "--defined-only", path]).stdout.splitlines()]
-                self.symbols[path] = {row[2] for row in rows if len(row) == 3 and row[1] in "TW"}
+                # what is hidden in a library is local in a program
+                kinds = "TW" if path.endswith(".o") else "TWt"
+                self.symbols[path] = {row[2] for row in rows if len(row) == 3 and row[1] in kinds}
         return any(self.symbols[os.path.join(self.build, "tests", name)] & self.symbols[o] for o in objects)
 
     def prepare(self):

@@ -147,6 +147,52 @@ static void a_change_that_would_jump_further_is_put_off(void **state) {
   close_world(&w);
 }
 
+/* Also where the first vertex alone moves. */
+static void the_jump_of_every_vertex_counts(void **state) {
+  (void)state;
+  for (int64_t only = 0; only < VERTICES; only += VERTICES - 1) {
+    world w;
+    open_world(&w, 1, 0);
+    double rows[3 * RANK];
+    memcpy(rows, w.m.basis + 3 * RANK * (VERTICES - 1), sizeof rows);
+    memset(w.m.basis, 0, VERTICES * sizeof rows);
+    memcpy(w.m.basis + 3 * RANK * only, rows, sizeof rows);
+    const thrum_scene_detail detail = {.masters = MASTERS, .beyond = 50, .jump = 1e-9};
+    MUST(thrum_scene_set_detail(w.scene, 0, &detail, &failure));
+    set_eye(&w, 1000);
+    run(&w, 80);
+    assert_int_equal(report_of(&w).changes, 0);
+    assert_int_equal(report_of(&w).put_off, 80 / EVERY);
+    close_world(&w);
+  }
+}
+
+static double energy_of(const world *w) {
+  thrum_scene_energies energies;
+  MUST(thrum_scene_body_energies(w->scene, 0, &energies, &failure));
+  return energies.kinetic + energies.potential;
+}
+
+static void what_changes_take_is_counted(void **state) {
+  (void)state;
+  world w;
+  open_world(&w, 1, 0);
+  const thrum_scene_detail detail = {.masters = MASTERS, .beyond = 50, .jump = 1};
+  MUST(thrum_scene_set_detail(w.scene, 0, &detail, &failure));
+  double taken = 0, least = INFINITY;
+  for (int k = 0; k < 6; k++) {
+    run(&w, 30);
+    set_eye(&w, k % 2 == 0 ? 1000 : 0);
+    const double before = energy_of(&w);
+    MUST(thrum_scene_update_detail(w.scene, &failure));
+    taken += energy_of(&w) - before;
+    least = fmin(least, energy_of(&w) - before);
+  }
+  assert_int_equal(report_of(&w).changes, 6);
+  assert_true(least < -1e-6 && fabs(report_of(&w).energy - taken) <= 1e-12 * energy_of(&w));
+  close_world(&w);
+}
+
 static void a_still_body_steps_fewer_until_it_moves_again(void **state) {
   (void)state;
   world w;
@@ -264,6 +310,8 @@ int main(void) {
       cmocka_unit_test(a_far_body_steps_fewer_coordinates_and_comes_back_without_a_jump),
       cmocka_unit_test(a_border_is_not_crossed_to_and_fro),
       cmocka_unit_test(a_change_that_would_jump_further_is_put_off),
+      cmocka_unit_test(the_jump_of_every_vertex_counts),
+      cmocka_unit_test(what_changes_take_is_counted),
       cmocka_unit_test(a_still_body_steps_fewer_until_it_moves_again),
       cmocka_unit_test(a_condensed_body_comes_back_to_its_own_number),
       cmocka_unit_test(a_body_that_may_touch_others_is_left_whole),

@@ -1,0 +1,307 @@
+/* A scene that is turned and moved as a whole, with all that acts in it, is the same scene: its
+ * bodies have the same coordinates, and places, forces and momenta turn with it.
+ * SPDX-License-Identifier: Apache-2.0 */
+#include "tests/support/precompute_support.h"
+
+#include "core/base/vec3.h"
+#include "tests/support/outer_triangles.h"
+#include "tests/support/scene_call.h"
+
+enum { MODES = 3, RANK = 6, BODIES = 4 };
+
+/* Two models of one beam, free and held, and the surface of both. */
+typedef struct fixture {
+  body meshes[2];
+  thrum_precomputed free_bar, held_bar;
+  int32_t *triangles;
+  int64_t triangle_count;
+} fixture;
+
+static int setup(void **context) {
+  fixture *f = calloc(1, sizeof *f);
+  if (f == NULL)
+    return -1;
+  for (int n = 0; n < 2; n++) {
+    f->meshes[n] = body_make("beam:3x1x1@0.4x0.1x0.07,split=6", n == 0 ? NULL : "x<0.001");
+    f->meshes[n].mesh.materials[0] = (thrum_material){3e5, 0.3, 1000};
+  }
+  f->free_bar = body_precompute(&f->meshes[0], MODES, RANK);
+  f->held_bar = body_precompute(&f->meshes[1], MODES, RANK);
+  f->triangles = outer_triangles(&f->meshes[0].mesh, &f->triangle_count);
+  *context = f;
+  return 0;
+}
+
+static int teardown(void **context) {
+  fixture *f = *context;
+  thrum_precomputed_free(&f->free_bar);
+  thrum_precomputed_free(&f->held_bar);
+  for (int n = 0; n < 2; n++)
+    body_free(&f->meshes[n]);
+  free(f->triangles);
+  free(f);
+  return 0;
+}
+
+/* How the world is turned, by a quaternion, and moved. */
+typedef struct world {
+  double quaternion[4], axes[9], way[3];
+} world;
+
+static world world_of(double w, double x, double y, double z, double way) {
+  world made = {{w, x, y, z}, {0}, {way, -2 * way, 0.5 * way}};
+  const double length = sqrt(w * w + x * x + y * y + z * z);
+  for (int n = 0; n < 4; n++)
+    made.quaternion[n] /= length;
+  MUST(thrum_scene_axes(made.quaternion, made.axes, &failure));
+  return made;
+}
+
+/* A direction and a place in the turned world. */
+static void turn(const world *w, double x, double y, double z, double out[3]) {
+  for (int axis = 0; axis < 3; axis++)
+    out[axis] = w->axes[3 * axis] * x + w->axes[3 * axis + 1] * y + w->axes[3 * axis + 2] * z;
+}
+
+static void move(const world *w, double x, double y, double z, double out[3]) {
+  turn(w, x, y, z, out);
+  for (int axis = 0; axis < 3; axis++)
+    out[axis] += w->way[axis];
+}
+
+/* The quaternion of a rotation in the turned world. */
+static void turn_rotation(const world *w, const double of[4], double out[4]) {
+  const double *a = w->quaternion;
+  out[0] = a[0] * of[0] - a[1] * of[1] - a[2] * of[2] - a[3] * of[3];
+  out[1] = a[0] * of[1] + a[1] * of[0] + a[2] * of[3] - a[3] * of[2];
+  out[2] = a[0] * of[2] - a[1] * of[3] + a[2] * of[0] + a[3] * of[1];
+  out[3] = a[0] * of[3] + a[1] * of[2] - a[2] * of[1] + a[3] * of[0];
+}
+
+/* --- a scene of everything -------------------------------------------------------------------- */
+
+static void add_bodies(const fixture *f, const world *w, thrum_scene *scene) {
+  static const double rotations[BODIES][4] = {
+      {1, 0.2, 0, 0}, {0.8, 0, 0.4, 0.1}, {1, 0, 0, 0.3}, {1, 0.1, -0.2, 0}};
+  for (int n = 0; n < BODIES; n++) {
+    thrum_scene_body_def def = thrum_default_scene_body_def();
+    def.model = n == 2 ? &f->held_bar.model : &f->free_bar.model;
+    move(w, 0.1 * n, 0.3 * n, 0.1, def.position);
+    turn_rotation(w, rotations[n], def.rotation);
+    def.triangles = f->triangles;
+    def.triangle_count = f->triangle_count;
+    def.touch = f->triangles;
+    def.touch_count = 6;
+    def.scale = n == 1 ? 1.5 : 1;
+    def.free = n != 2;
+    def.coupled = n == 1;
+    if (def.free) {
+      turn(w, 0.2, -0.1 * n, -0.3, def.velocity);
+      turn(w, 3, 1 - n, -2, def.spin);
+    }
+    MUST(thrum_scene_add_body(scene, &def, NULL, &failure));
+  }
+}
+
+static void add_obstacles(const world *w, thrum_scene *scene) {
+  thrum_obstacle floor = thrum_default_obstacle();
+  move(w, 0.1, 0.2, -0.02, floor.centre);
+  turn(w, 0.1, 0, 1, floor.normal);
+  turn(w, 0, 0.1, 0.02, floor.velocity);
+  floor.friction = 0.4;
+  MUST(thrum_scene_add_obstacle(scene, &floor, NULL, &failure));
+
+  // a box, whose axes are those of the world
+  thrum_obstacle box = thrum_default_obstacle();
+  box.shape = THRUM_OBSTACLE_BOX;
+  move(w, 0.3, 0.35, -0.15, box.centre);
+  memcpy(box.rotation, w->axes, sizeof box.rotation);
+  box.half[0] = box.half[1] = 0.2;
+  box.half[2] = 0.22;
+  MUST(thrum_scene_add_obstacle(scene, &box, NULL, &failure));
+
+  // a solid on a path
+  const double times[2] = {0, 1}, none[4] = {1, 0, 0, 0}, tilted[4] = {1, 0.1, 0, 0};
+  double places[14];
+  move(w, 0.3, 1.0, -0.2, places);
+  turn_rotation(w, none, places + 3);
+  move(w, 0.3, 1.0, 0.1, places + 7);
+  turn_rotation(w, tilted, places + 10);
+  thrum_scene_solid_def solid = thrum_default_scene_solid_def();
+  solid.half[0] = 0.3;
+  solid.half[1] = solid.half[2] = 0.2;
+  solid.path_times = times;
+  solid.path_places = places;
+  solid.path_count = 2;
+  MUST(thrum_scene_add_solid(scene, &solid, NULL, &failure));
+}
+
+static void add_loads(const fixture *f, const world *w, thrum_scene *scene) {
+  const int32_t corners[2] = {1, 5};
+  const int64_t count = f->free_bar.model.vertex_count;
+  double *field = need(3 * (size_t)count, sizeof *field);
+  for (int64_t v = 0; v < count; v++)
+    turn(w, 0.01 * (double)v, -0.02, 0.005 * (double)(v % 3), field + 3 * v);
+  for (int32_t n = 0; n < BODIES; n++) {
+    thrum_scene_load force = {.kind = THRUM_SCENE_FORCE,
+                              .vertices = corners,
+                              .count = 2,
+                              .course = {THRUM_LOAD_SINE, 0, INFINITY, 2}};
+    turn(w, 0.5, -0.7, 0.9 - n, force.vector);
+    MUST(thrum_scene_add_load(scene, n, &force, &failure));
+    thrum_scene_load pulled = {.kind = THRUM_SCENE_ACCELERATION,
+                               .course = {THRUM_LOAD_CONSTANT, 0, 0.1, 0}};
+    turn(w, 1, 2, -1, pulled.vector);
+    MUST(thrum_scene_add_load(scene, n, &pulled, &failure));
+    const thrum_scene_load fields = {
+        .kind = THRUM_SCENE_FIELD, .field = field, .course = {THRUM_LOAD_CONSTANT, 0, INFINITY, 0}};
+    MUST(thrum_scene_add_load(scene, n, &fields, &failure));
+  }
+  free(field);
+
+  // what acts on all
+  double vector[3];
+  turn(w, 0.3, 0, -0.8, vector);
+  const thrum_load course = {THRUM_LOAD_SINE, 0, INFINITY, 3};
+  MUST(thrum_scene_add_base_motion(scene, vector, &course, &failure));
+  turn(w, 0.5, 0.2, -9.81, vector);
+  MUST(thrum_scene_set_gravity(scene, vector, &failure));
+  thrum_scene_wind_def wind = thrum_default_scene_wind_def();
+  turn(w, 3, -2, 1, wind.velocity);
+  MUST(thrum_scene_set_wind(scene, &wind, &failure));
+}
+
+static void add_links(const world *w, thrum_scene *scene) {
+  thrum_scene_link_def spring = thrum_default_scene_link_def();
+  spring.kind = THRUM_LINK_SPRING;
+  spring.stiffness = 40;
+  spring.damping = 0.5;
+  move(w, 0.2, 0.05, 0.12, spring.place);
+  move(w, 0.3, -0.2, 0.5, spring.other_place);
+  MUST(thrum_scene_add_link(scene, &spring, NULL, &failure));
+  thrum_scene_link_def hinge = thrum_default_scene_link_def();
+  hinge.kind = THRUM_LINK_HINGE;
+  hinge.body = 3;
+  hinge.other = 2;
+  move(w, 0.35, 0.8, 0.12, hinge.place);
+  turn(w, 1, 0.5, 0, hinge.axis);
+  MUST(thrum_scene_add_link(scene, &hinge, NULL, &failure));
+  double target[3];
+  move(w, 0, 0, 0.6, target);
+  MUST(thrum_scene_pull_start(scene, 1, 4, target, 60, 2, NULL, &failure));
+}
+
+static thrum_scene *make(const fixture *f, const world *w) {
+  static const int32_t corners[3] = {0, 3, 7};
+  thrum_scene *scene = NULL;
+  MUST(thrum_scene_create(0.001, &scene, &failure));
+  add_bodies(f, w, scene);
+  add_obstacles(w, scene);
+  add_loads(f, w, scene);
+  add_links(w, scene);
+  MUST(thrum_scene_add_probe(scene, "corners", 1, corners, 3, &failure));
+  return scene;
+}
+
+/* --- comparison ------------------------------------------------------------------------------- */
+
+/* How far two scenes may differ: by rounding and the tolerance of links, and of contact once they
+ * touch. */
+static double far;
+
+static void assert_turned(const world *w, const double a[3], const double b[3], double size,
+                          const char *what) {
+  double turned[3];
+  turn(w, a[0], a[1], a[2], turned);
+  for (int axis = 0; axis < 3; axis++)
+    if (!(fabs(turned[axis] - b[axis]) <= far * size))
+      fail_msg("%s: %.12g along %d is %.12g in the turned world", what, turned[axis], axis,
+               b[axis]);
+}
+
+/* The same of a place. */
+static void assert_moved(const world *w, const double a[3], const double b[3], const char *what) {
+  double back[3];
+  thrum_subtract3(b, w->way, back);
+  assert_turned(w, a, back, 1, what);
+}
+
+static void assert_same_bodies(const fixture *f, const world *w, thrum_scene *a, thrum_scene *b) {
+  for (int32_t n = 0; n < BODIES; n++) {
+    double q[2][RANK], p[2][RANK], x[2][3], v[2][3];
+    MUST(thrum_scene_body_get(a, n, q[0], p[0], &failure));
+    MUST(thrum_scene_body_get(b, n, q[1], p[1], &failure));
+    assert_near(q[1], q[0], RANK, far);
+    assert_near(p[1], p[0], RANK, far);
+    for (int64_t vertex = 0; vertex < f->free_bar.model.vertex_count; vertex += 3) {
+      MUST(thrum_scene_body_vertex(a, n, vertex, x[0], v[0], &failure));
+      MUST(thrum_scene_body_vertex(b, n, vertex, x[1], v[1], &failure));
+      assert_moved(w, x[0], x[1], "a vertex");
+      assert_turned(w, v[0], v[1], 10, "its velocity");
+    }
+
+    // energies, and the force of contact
+    thrum_scene_energies of[2];
+    double force[2][3];
+    MUST(thrum_scene_body_energies(a, n, &of[0], &failure));
+    MUST(thrum_scene_body_energies(b, n, &of[1], &failure));
+    assert_close(of[1].kinetic, of[0].kinetic, far);
+    assert_close(of[1].potential, of[0].potential, far);
+    const thrum_scene_thing anything = {THRUM_SCENE_ANYTHING, 0};
+    MUST(thrum_scene_contact_force(a, n, anything, force[0], &failure));
+    MUST(thrum_scene_contact_force(b, n, anything, force[1], &failure));
+    assert_turned(w, force[0], force[1], 1 + norm_of(force[0], 3), "contact");
+  }
+}
+
+static void assert_same_rest(const world *w, thrum_scene *a, thrum_scene *b) {
+  thrum_scene_account of[2];
+  thrum_scene_link link[2];
+  double x[2][3], v[2][3];
+  MUST(thrum_scene_account_get(a, &of[0], &failure));
+  MUST(thrum_scene_account_get(b, &of[1], &failure));
+  assert_turned(w, of[0].momentum, of[1].momentum, 10, "the momentum");
+  assert_close(of[1].links, of[0].links, far);
+  for (int32_t n = 0; n < 2; n++) {
+    MUST(thrum_scene_link_get(a, n, &link[0], &failure));
+    MUST(thrum_scene_link_get(b, n, &link[1], &failure));
+    assert_moved(w, link[0].places[0], link[1].places[0], "an end");
+    assert_moved(w, link[0].places[1], link[1].places[1], "the other end");
+    assert_turned(w, link[0].report.force, link[1].report.force,
+                  1 + norm_of(link[0].report.force, 3), "the force of a link");
+  }
+  MUST(thrum_scene_probe_get(a, 0, x[0], v[0], &failure));
+  MUST(thrum_scene_probe_get(b, 0, x[1], v[1], &failure));
+  assert_moved(w, x[0], x[1], "a probe");
+  MUST(thrum_scene_pull_get(a, THRUM_SCENE_PULLS, x[0], v[0], &failure));
+  MUST(thrum_scene_pull_get(b, THRUM_SCENE_PULLS, x[1], v[1], &failure));
+  assert_moved(w, x[0], x[1], "what is pulled");
+  assert_turned(w, v[0], v[1], 1 + norm_of(v[0], 3), "the force of a pull");
+  thrum_scene_ground(a, x[0]);
+  thrum_scene_ground(b, x[1]);
+  assert_turned(w, x[0], x[1], 1, "the ground");
+}
+
+static void a_turned_scene_is_the_same_scene(void **context) {
+  const fixture *f = *context;
+  const world still = world_of(1, 0, 0, 0, 0), turned = world_of(0.5, -0.3, 0.7, 0.2, 0.4);
+  thrum_scene *a = make(f, &still), *b = make(f, &turned);
+  far = 1e-8;
+  for (int k = 0; k < 120; k++) {
+    MUST(thrum_scene_step(a, &failure));
+    MUST(thrum_scene_step(b, &failure));
+    far = thrum_scene_collisions(a).touching > 0 ? 1e-3 : far;
+    if (k % 20 == 19 || k == 0) {
+      assert_same_bodies(f, &turned, a, b);
+      assert_same_rest(&turned, a, b);
+    }
+  }
+  assert_true(far > 1e-8);
+  thrum_scene_destroy(a);
+  thrum_scene_destroy(b);
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {cmocka_unit_test(a_turned_scene_is_the_same_scene)};
+  return cmocka_run_group_tests(tests, setup, teardown);
+}
