@@ -8,6 +8,7 @@
 #include "driver/make/named_model.h"
 #include "io/json.h"
 #include "platform/allocate.h"
+#include "platform/interrupt.h"
 #include "thrum/thrum.h"
 
 /* The files, and then the report, as one object on standard output or as a table. */
@@ -34,6 +35,7 @@ static int run_request(const identify_request *request) {
   thrum_error error = {0};
   const thrum_model *loaded = NULL;
   identify_fit fit = {0};
+  thrum_interrupt_clean("\nthrum: stopped; the folder holds whole files only\n");
   thrum_status status =
       named_model_load(request->model_path, request->quiet, &loaded, NULL, &error);
   THRUM_THEN(status, identify_fit_open(request, loaded, &fit, &error));

@@ -18,6 +18,7 @@
 #include <string.h>
 
 #include "config/message.h"
+#include "config/progress.h"
 #include "core/base/pi.h"
 #include "driver/model/model_meta.h"
 #include "platform/allocate.h"
@@ -25,7 +26,7 @@
 #include "thrum/thrum.h"
 
 #define PERIOD_STEPS 1000.0 /* of the first mode */
-#define STEPS_MOST 10000000
+#define STEPS_MOST 1000000
 #define PERIODS_FIRST 2.0 /* in the first window */
 #define RATIO_FIRST 0.01  /* damping ratio from which a fit begins */
 #define TOLERANCE 1e-9    /* of the steps: derivatives agree with runs to about that */
@@ -40,6 +41,12 @@
   1e-3              /* of a logarithm: a fit that finds nothing lower on so long a step is stuck */
 #define SMALL 1e-14 /* of a diagonal, below which a parameter does not show */
 #define POOR_FROM 0.5 /* of the motion: where more is left the fit explains nothing */
+#define LAGS_MOST 100 /* rows between two that are compared, */
+#define LAGS_SHARE 4  /* and at most one in so many of all */
+#define REPEATED_LEAST                                                                             \
+  4.0 /* deviations of a correlation of noise, below which what is left may be noise */
+#define MISSED_SHARE 0.5 /* repeated: most of what is left is no noise, */
+#define MISSED_FROM 0.01 /* and so much of the motion */
 
 /* --- what is fitted --------------------------------------------------------------------------- */
 
@@ -190,8 +197,24 @@ static thrum_status see_columns(identify_fit *f, thrum_error *error) {
   return status;
 }
 
+/* Rows that are periods apart do not show the motion between them: most often their times are in
+ * another unit. */
+static thrum_status check_times(const identify_fit *f, thrum_error *error) {
+  const recording *rec = &f->recording;
+  const double period = THRUM_TWO_PI / sqrt(f->model->omega2[0]);
+  const double apart = (rec->times[rec->rows - 1] - rec->times[0]) / (double)(rec->rows - 1);
+  if (apart > period)
+    return thrum_error_set(
+        error, THRUM_BAD_VALUE,
+        "%.300s: its rows are %.3g s apart, and the first mode swings in %.3g s: "
+        "are the times in seconds?",
+        f->request->recording_path, apart, period);
+  return THRUM_OK;
+}
+
 static thrum_status choose_steps(identify_fit *f, thrum_error *error) {
   const recording *rec = &f->recording;
+  THRUM_TRY(check_times(f, error));
   double dt = f->request->dt;
   if (dt == 0) {
     dt = THRUM_TWO_PI / sqrt(f->model->omega2[0]) / PERIOD_STEPS;
@@ -686,6 +709,32 @@ bool identify_fit_poor(const identify_fit *fit) {
   return !(fit->rms < POOR_FROM * fit->motion);
 }
 
+bool identify_fit_misses(const identify_fit *fit) {
+  return fit->repeated > MISSED_SHARE && fit->rms * sqrt(fit->repeated) > MISSED_FROM * fit->motion;
+}
+
+double identify_fit_off(const identify_fit *fit, const identify_parameter *parameter) {
+  const double seen = (double)(fit->recording.rows * fit->recording.column_count);
+  return fit->repeated > 0 ? parameter->deviation * sqrt(seen * fit->repeated) : NAN;
+}
+
+/* Noise of one row says nothing of another: the largest correlation of what is left between rows
+ * that are up to LAGS_MOST apart is the share that comes from the model. */
+static double repeated_share(const identify_fit *f) {
+  const int64_t columns = f->recording.column_count, rows = f->recording.rows;
+  const int64_t lags = rows / LAGS_SHARE < LAGS_MOST ? rows / LAGS_SHARE : LAGS_MOST;
+  double all = 0, most = 0;
+  for (int64_t n = 0; n < rows * columns; n++)
+    all += f->residual[n] * f->residual[n];
+  for (int64_t lag = 1; lag <= lags; lag++) {
+    double sum = 0;
+    for (int64_t n = 0; n < (rows - lag) * columns; n++)
+      sum += f->residual[n] * f->residual[n + lag * columns];
+    most = fmax(most, sum / all);
+  }
+  return most > REPEATED_LEAST / sqrt((double)(rows * columns)) ? fmin(most, 1) : 0;
+}
+
 /* Values and their deviations, from the Jacobian of all rows. */
 static void put_values(identify_fit *f, double sum) {
   const int64_t n = f->count, seen = f->recording.rows * f->recording.column_count;
@@ -711,6 +760,7 @@ static void put_values(identify_fit *f, double sum) {
 thrum_status identify_fit_run(identify_fit *fit, thrum_error *error) {
   const recording *rec = &fit->recording;
   const double began = clock_seconds();
+  config_progress progress = config_progress_make(fit->request->quiet);
   double window = PERIODS_FIRST * THRUM_TWO_PI / sqrt(fit->model->omega2[0]), sum = 0;
   int64_t rows = 0;
   while (rows < rec->rows) {
@@ -725,8 +775,15 @@ thrum_status identify_fit_run(identify_fit *fit, thrum_error *error) {
     bool end = false;
     THRUM_TRY(look_and_keep(fit, rows, &sum, error));
     int64_t n = 0;
-    for (; n < fit->request->iterations && !end; n++)
-      THRUM_TRY(improve(fit, rows, &sum, &damping, &end, error));
+    char label[48];
+    snprintf(label, sizeof label, "fit of the first %.4g s", rec->times[rows - 1]);
+    thrum_status status = THRUM_OK;
+    for (; n < fit->request->iterations && !end && status >= 0; n++) {
+      config_progress_update(&progress, label, (double)n / (double)fit->request->iterations);
+      status = improve(fit, rows, &sum, &damping, &end, error);
+    }
+    config_progress_end(&progress, status >= 0);
+    THRUM_TRY(status);
     fit->iterations += n;
     fit->converged = fit->converged && end;
   }
@@ -735,6 +792,7 @@ thrum_status identify_fit_run(identify_fit *fit, thrum_error *error) {
   take_best(fit, sum);
   THRUM_TRY(look(fit, rec->rows, true, &sum, error));
   fit->rms = sqrt(sum / (double)(rec->rows * rec->column_count));
+  fit->repeated = repeated_share(fit);
   put_values(fit, sum);
   fit->seconds = clock_seconds() - began;
   return THRUM_OK;

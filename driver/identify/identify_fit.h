@@ -46,6 +46,7 @@ typedef struct identify_fit {
   double *best_x, best; /* that of the least sum of squares over the whole recording, and this */
   double rms;           /* of what is left [m] */
   double motion;        /* root mean square of the recording [m] */
+  double repeated;      /* share of what is left, of its square, that is no noise; 0: all may be */
   int64_t iterations, runs;
   bool converged;
   double seconds;
@@ -64,6 +65,13 @@ void identify_fit_close(identify_fit *fit);
 /* Does the fit leave so much of the motion that it explains nothing? Deviations are infinite then.
  */
 bool identify_fit_poor(const identify_fit *fit);
+
+/* Is much of the motion left that is no noise? Then the model is wrong, and parameters make up for
+ * it by more than their deviations, which are those of noise. */
+bool identify_fit_misses(const identify_fit *fit);
+
+/* By how much a parameter may be off where all of that is of its own kind; NaN: it is not known. */
+double identify_fit_off(const identify_fit *fit, const identify_parameter *parameter);
 
 /* Fits. What does not converge is done, and says so. */
 thrum_status identify_fit_run(identify_fit *fit, thrum_error *error);

@@ -114,8 +114,8 @@ const config_command command_identify = {
              "density: fit both only where one of several regions is known.\n",
     .examples = "identify beam.npz ringdown.csv --start static:constant:0,0,-40@tip -o fit\n"
                 "identify beam.npz ringdown.csv --parameters E,damping-ratio,start --ratios 2",
-    .exits = "0 done, 1 refused, 2 usage, 3 fitted but flagged (not converged, poor, or a "
-             "parameter does not show)",
+    .exits = "0 done, 1 refused, 2 usage, 3 fitted but flagged (not converged, poor, a misfit, or "
+             "a parameter does not show)",
 };
 
 int identify_options_read(int argc, char **argv, identify_request *request) {

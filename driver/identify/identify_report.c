@@ -18,7 +18,7 @@
 #define PATH_MAX_HERE 1200
 #define QUANTILE 1.96     /* of 95 % */
 #define MOVED_WARNED 0.02 /* of a modulus: beyond, its basis may be felt, */
-#define MOVED_SHARED 0.1  /* and one that was made for such changes */
+#define MOVED_SHARED 0.03 /* and one that was made for such changes */
 #define UNSEEN_FROM 0.5   /* doubt from which a parameter does not show */
 
 /* Does the recording say nothing of it? */
@@ -31,6 +31,8 @@ const char *identify_flag(const identify_fit *fit) {
     return "unconverged";
   if (identify_fit_poor(fit))
     return "poor";
+  if (identify_fit_misses(fit))
+    return "misfit";
   for (int64_t n = 0; n < fit->count; n++)
     if (unseen(&fit->parameters[n]))
       return "unseen";
@@ -64,10 +66,12 @@ cJSON *identify_report_object(const identify_fit *fit) {
         item, "interval",
         (const double[]){p->value - QUANTILE * p->deviation, p->value + QUANTILE * p->deviation},
         2);
+    json_number(item, "off_by_model", QUANTILE * identify_fit_off(fit, p));
     cJSON_AddBoolToObject(item, "seen", !unseen(p));
   }
   json_number(object, "rms_m", fit->rms);
   json_number(object, "motion_m", fit->motion);
+  json_number(object, "repeated_share", fit->repeated);
   json_number(object, "iterations", (double)fit->iterations);
   json_number(object, "runs", (double)fit->runs);
   json_string(object, "output", request->output);
@@ -83,10 +87,15 @@ void identify_report_table(const identify_fit *fit) {
     printf("%-32s %13.6g", p->name, p->value);
     if (isfinite(p->deviation))
       printf(" +- %.3g", QUANTILE * p->deviation);
+    if (isfinite(identify_fit_off(fit, p)))
+      printf(" (model %.2g)", QUANTILE * identify_fit_off(fit, p));
     printf("%s%s", p->unit[0] != 0 ? " " : "", p->unit);
     printf("%s\n", unseen(p) ? "   (the recording does not show it)" : "");
   }
-  printf("left         %.4g m, %.3g %% of the motion\n", fit->rms, 100 * fit->rms / fit->motion);
+  printf("left         %.4g m, %.3g %% of the motion", fit->rms, 100 * fit->rms / fit->motion);
+  if (fit->repeated > 0)
+    printf("; at least %.0f %% of its square is no noise", 100 * fit->repeated);
+  printf("\n");
   printf("cost         %.3g s, %" PRId64 " iterations, %" PRId64 " runs of up to %" PRId64
          " steps\n",
          fit->seconds, fit->iterations, fit->runs, fit->steps);
@@ -101,25 +110,23 @@ void identify_report_warn(const identify_fit *fit) {
     if (fit->parameters[n].kind <= IDENTIFY_POISSON && fit->shares.count > 1)
       most = fmax(most, fabs(fit->parameters[n].value / fit->parameters[n].first - 1));
   const bool shared = thrum_model_parameter_count(fit->model) > 0;
-  if (most > MOVED_WARNED && !shared)
+  if (most > (shared ? MOVED_SHARED : MOVED_WARNED))
     config_warn(
-        "a modulus moved by %.0f %%: the basis is that of the model's own, and what is seen "
-        "little may be off by half as much; precompute the model with --parameters, or with "
-        "the moduli found, and identify again until they stay",
-        100 * most);
-  if (most > MOVED_SHARED && shared)
-    config_warn(
-        "a modulus moved by %.0f %%: the basis has its first changes alone, and what is seen "
-        "little "
-        "may be off by a tenth of that; precompute the model with the moduli found, and identify "
-        "again until they stay",
-        100 * most);
+        "a modulus moved by %.0f %%: the basis is that of the old one%s, and what is seen "
+        "little may be off by half as much; precompute the model %swith the moduli found, and "
+        "identify again until they stay",
+        100 * most, shared ? " and its first changes" : "", shared ? "" : "with --parameters, or ");
   if (!fit->converged)
     config_warn("the fit has not converged: begin nearer, or allow more --iterations");
   else if (identify_fit_poor(fit))
     config_warn("%.0f %% of the motion is left: the fit explains nothing; look at the start, the "
                 "units and the columns",
                 100 * fit->rms / fit->motion);
+  else if (identify_fit_misses(fit))
+    config_warn(
+        "%.2g %% of the motion is left, and it is no noise: the model or the start is wrong, "
+        "and a value may be off by what stands after `model` and more, not by its interval alone",
+        100 * fit->rms / fit->motion);
 }
 
 /* --- files ------------------------------------------------------------------------------------ */

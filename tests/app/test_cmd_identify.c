@@ -102,11 +102,42 @@ static void a_noisy_ringdown_gives_modulus_and_damping(void **state) {
   assert_found(object, 1, "alpha", 0.4, 0.05);
   assert_found(object, 2, "beta", 4e-4, 0.5);
 
+  assert_true(json_value(object, "repeated_share") < 0.1);
+
   // what is left is the noise, of two uniform numbers in [-1, 1)
   assert_true(fabs(json_value(object, "rms_m") / (5e-4 * sqrt(2. / 3)) - 1) < 0.1);
   assert_true(file_exists(in_folder("fit/fit.csv")));
   assert_true(file_exists(in_folder("fit/identify.json")));
   cJSON_Delete(object);
+}
+
+/* Half of the damping is missing: what is left swings, and no interval of noise holds the truth. */
+static void what_a_model_misses_is_flagged_and_said(void **state) {
+  (void)state;
+  cJSON *object = object_of(thrum_run(folder, "identify", "beam.npz", "ring.csv", "--start",
+                                      "mode:1,0.1", "--damping", "0.2,0.0004", "--parameters",
+                                      "E,start", "--start-modes", "2", "--json", "-q", NULL),
+                            3);
+  assert_string_equal(cJSON_GetObjectItemCaseSensitive(object, "status")->valuestring, "misfit");
+  assert_true(json_value(object, "repeated_share") > 0.5);
+  const cJSON *item = parameter(object, 0, "E");
+  assert_true(json_value(item, "off_by_model") > 10 * json_value(item, "deviation"));
+  assert_true(fabs(json_value(item, "value") - 1.2e6) < json_value(item, "off_by_model"));
+  cJSON_Delete(object);
+}
+
+static void times_in_milliseconds_are_refused(void **state) {
+  (void)state;
+  FILE *to = fopen(in_folder("ms.csv"), "w");
+  assert_non_null(to);
+  fprintf(to, "time_s,near:1 0.05 0.z_m\n");
+  for (int n = 0; n < 50; n++)
+    fprintf(to, "%d,%g\n", 10 * n, 0.1 * cos(0.05 * n));
+  assert_int_equal(fclose(to), 0);
+  program_result run =
+      thrum_run(folder, "identify", "beam.npz", "ms.csv", "--start", "mode:1,0.1", NULL);
+  assert_true(is_refusal(&run, 1, "are the times in seconds"));
+  program_result_free(&run);
 }
 
 static void what_does_not_show_is_flagged(void **state) {
@@ -238,6 +269,8 @@ static void bad_recordings_are_refused(void **state) {
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_noisy_ringdown_gives_modulus_and_damping),
+      cmocka_unit_test(what_a_model_misses_is_flagged_and_said),
+      cmocka_unit_test(times_in_milliseconds_are_refused),
       cmocka_unit_test(what_does_not_show_is_flagged),
       cmocka_unit_test(what_does_not_show_takes_nothing_from_the_rest),
       cmocka_unit_test(a_fit_that_explains_nothing_is_flagged),
