@@ -198,6 +198,7 @@ static void add_worth(const response_curve *c, const response_worth *worth, cJSO
     json_number(item, "frequency_hz", hertz(c->rows[point->row].point.omega));
     json_number(item, "missed", point->mesh);
     json_number(item, "missed_by_model", point->model);
+    json_number(item, "gain", point->gain);
   }
   cJSON_AddBoolToObject(object, "check_left_out", worth->left_out);
   json_number(object, "check_seconds", worth->seconds);
@@ -256,6 +257,16 @@ cJSON *response_report_object(const response_curve *curve, const response_worth 
   return object;
 }
 
+static void print_worth(const response_curve *c, const response_worth_point *point) {
+  printf("mesh         misses its orbit at %.6g Hz, point %" PRId64
+         ", by %.2g %% (all coordinates of the model: %.2g %%)",
+         hertz(c->rows[point->row].point.omega), point->row + 1, 100 * point->mesh,
+         100 * point->model);
+  if (isfinite(point->gain))
+    printf(", and gains %.2g %% of what damping takes", 100 * point->gain);
+  printf("\n");
+}
+
 void response_report_table(const response_curve *curve, const response_worth *worth) {
   const response_request *request = curve->request;
   const thrum_response_report *report = &curve->report;
@@ -302,10 +313,7 @@ void response_report_table(const response_curve *curve, const response_worth *wo
   if (report->balance > 0)
     printf("balance      work of the load and dissipation agree to %.1e\n", report->balance);
   for (int64_t n = 0; n < worth->count; n++)
-    printf("mesh         misses its orbit at %.6g Hz, point %" PRId64
-           ", by %.2g %% (all coordinates of the model: %.2g %%)\n",
-           hertz(curve->rows[worth->points[n].row].point.omega), worth->points[n].row + 1,
-           100 * worth->points[n].mesh, 100 * worth->points[n].model);
+    print_worth(curve, &worth->points[n]);
   printf("cost         %.3g s, %d iterations, %d factorisations\n", curve->seconds,
          (int)report->iterations, (int)report->factorisations);
   printf("status       %s\n", word_of(curve, worth));

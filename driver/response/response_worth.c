@@ -94,12 +94,13 @@ static thrum_status fill_loads(mesh_run *run, thrum_full *body, thrum_error *err
 }
 
 static thrum_status step_mesh(mesh_run *run, thrum_full *body, const double *p, double *missed,
-                              thrum_error *error) {
+                              double *gained, thrum_error *error) {
   const thrum_model *shape = run->curve->shape;
   double largest = 0;
   THRUM_TRY(fill_loads(run, body, error));
   THRUM_TRY(thrum_displacement(shape, p, 0, shape->vertex_count, run->v, error));
   THRUM_TRY(thrum_full_set(body, run->start, run->v, error));
+  const double before = thrum_full_energy(body).total;
   for (int64_t step = 0; step < STEPS * run->curve->request->periods; step++) {
     run->late = thrum_stop_requested() || clock_seconds() > run->until;
     if (run->late)
@@ -115,6 +116,7 @@ static thrum_status step_mesh(mesh_run *run, thrum_full *body, const double *p, 
     largest = fmax(largest, rms(run->size, run->u, NULL));
   }
   *missed = rms(run->size, run->u, run->start) / largest;
+  *gained = thrum_full_energy(body).total - before;
   return THRUM_OK;
 }
 
@@ -165,7 +167,9 @@ static thrum_status look_at(mesh_run *run, int64_t row, response_worth_point *po
   full.damping_beta = by_mode ? 0 : damping->beta;
   thrum_full *body = NULL;
   thrum_status status = thrum_full_create(c->shape, NULL, &full, &body, error);
-  THRUM_THEN(status, step_mesh(run, body, p, &point->mesh, error));
+  THRUM_THEN(status, step_mesh(run, body, p, &point->mesh, &point->gain, error));
+  const double lost = c->rows[row].point.dissipated;
+  point->gain = lost > 0 ? point->gain / lost : NAN;
   thrum_full_free(body);
   return status;
 }

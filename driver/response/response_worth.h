@@ -13,6 +13,8 @@ typedef struct response_worth_point {
   int64_t row;
   double mesh;  /* of the unreduced body */
   double model; /* of all coordinates of the model, by the same steps */
+  double gain; /* of the unreduced body's energy in the period, over what the curve's damping takes;
+                  NaN where nothing damps */
 } response_worth_point;
 
 typedef struct response_worth {

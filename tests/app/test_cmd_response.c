@@ -337,6 +337,24 @@ static void a_free_mesh_feels_what_bends_it(void **state) {
   assert_true(missed_by("free.npz", "sine:0,0,0.001@tip", "0.02", "12", "14") < 0.01);
 }
 
+/* The same miss is worth more of a loss that is smaller. */
+static void the_mesh_gains_little_of_what_damping_takes(void **state) {
+  (void)state;
+  double gain[2];
+  for (int n = 0; n < 2; n++) {
+    cJSON *object =
+        object_of(thrum_run(folder, "response", "beam.npz", "--load", LOAD, "--damping-ratio",
+                            n == 0 ? "0.01" : "0.001", "--from", "60", "--to", "75", "--stability",
+                            "off", "--check", "1", "--check-error", "20%", "--json", "-q", NULL),
+                  0);
+    const cJSON *mesh = cJSON_GetArrayItem(cJSON_GetObjectItemCaseSensitive(object, "mesh"), 0);
+    gain[n] = json_value(mesh, "gain");
+    cJSON_Delete(object);
+  }
+  assert_true(fabs(gain[0]) < 0.1);
+  assert_true(gain[1] / gain[0] > 8);
+}
+
 static void too_few_harmonics_flag_the_curve(void **state) {
   (void)state;
   cJSON *object =
@@ -473,6 +491,7 @@ int main(void) {
       cmocka_unit_test(a_mesh_that_misses_its_orbit_flags_the_curve),
       cmocka_unit_test(a_mesh_is_damped_as_the_mode_that_swings),
       cmocka_unit_test(a_free_mesh_feels_what_bends_it),
+      cmocka_unit_test(the_mesh_gains_little_of_what_damping_takes),
       cmocka_unit_test(too_few_harmonics_flag_the_curve),
       cmocka_unit_test(harmonics_that_none_judge_flag_the_curve),
       cmocka_unit_test(a_check_that_is_broken_off_is_no_check),
