@@ -25,7 +25,6 @@
 #include "thrum/response.h"
 #include "validation/published/published.h"
 
-#define RISE 0.041
 #define FORCE 10.0
 #define RATIO 0.002
 
@@ -61,10 +60,22 @@ static thrum_status beam_rows(const published_sink *sink, int64_t modes, thrum_e
   return THRUM_OK;
 }
 
-/* --- the panel -------------------------------------------------------------------------------- */
+/* --- the panels ------------------------------------------------------------------------------- */
+
+enum { PANEL_MODES = 8, PANEL_RANK = 44, PANEL_MOVE = 5 };
+
+/* One panel: its rise over the length, whether Rayleigh damps it or a ratio of each mode, and where
+ * the curve goes, over the first frequency. */
+typedef struct panel {
+  double rise;
+  bool rayleigh;
+  double from, to;
+} panel;
+
+static double panel_rise;
 
 static void bend(double x[3]) {
-  x[1] += RISE * x[0] * (2 - x[0]);
+  x[1] += panel_rise * x[0] * (2 - x[0]);
 }
 
 /* Special points in their order, as shares of the first frequency. */
@@ -98,26 +109,33 @@ static int64_t vertex_near(const thrum_model *model, const double at[3]) {
   return best;
 }
 
-static thrum_status follow(const thrum_model *whole, const thrum_model *stepped, specials *found,
-                           thrum_error *error) {
-  double load[20] = {0}, damping[20];
-  const double force[3] = {0, FORCE, 0}, at[3] = {0.5, RISE * 0.75, 0};
+/* Rayleigh's by the first two modes; or twice the ratio times the frequency of each mode, and the
+ * least of them for what follows the modes. */
+static void damp(const panel *of, const thrum_model *whole, double *damping) {
   const double first = sqrt(whole->omega2[0]), second = sqrt(whole->omega2[1]);
   const double beta = 2 * RATIO / (first + second), alpha = beta * first * second;
   for (int64_t i = 0; i < whole->rank; i++)
-    damping[i] = alpha + beta * whole->omega2[i];
+    damping[i] = of->rayleigh ? alpha + beta * whole->omega2[i]
+                              : 2 * RATIO * (i < PANEL_MODES ? sqrt(whole->omega2[i]) : first);
+}
+
+static thrum_status follow(const panel *of, const thrum_model *whole, const thrum_model *stepped,
+                           specials *found, thrum_error *error) {
+  double load[PANEL_RANK] = {0}, damping[PANEL_RANK];
+  const double force[3] = {0, FORCE, 0}, at[3] = {0.5, of->rise * 0.75, 0};
+  damp(of, whole, damping);
   THRUM_TRY(thrum_load_add_vertex(whole, vertex_near(whole, at), force, load, error));
   thrum_response_def def = thrum_default_response_def();
+  found->omega = sqrt(whole->omega2[0]);
   def.harmonics = 7;
-  def.from = 0.925 * first;
-  def.to = 1.06 * first;
+  def.from = of->from * found->omega;
+  def.to = of->to * found->omega;
   def.damping = damping;
   def.slave_damping = damping + stepped->rank;
   def.load_sine = load;
   size_t size = 0;
   void *memory = NULL;
   thrum_response_report report;
-  found->omega = first;
   THRUM_TRY(thrum_response_size(stepped, &def, &size, error));
   THRUM_TRY(thrum_reserve_aligned(&memory, size, "the curve", error));
   const thrum_status status =
@@ -126,38 +144,62 @@ static thrum_status follow(const thrum_model *whole, const thrum_model *stepped,
   return status;
 }
 
-static thrum_status panel_rows(const published_sink *sink, int cells, thrum_error *error) {
+/* The special points of a panel of 2 cells x cells hexahedra, two through its thickness. */
+static thrum_status panel_specials(const panel *of, int cells, char mesh[64], specials *found,
+                                   thrum_error *error) {
   published_body body = {.fix = {"x<1e-6&y>-1e-6&y<1e-6", "x>1.999999&y>-1e-6&y<1e-6"},
                          .material = {70e9, 0.33, 2700},
                          .map = bend,
-                         .order = 2};
-  snprintf(body.mesh, sizeof body.mesh, "beam:%dx2x%d@2x0.01x1", 2 * cells, cells);
+                         .shell = true};
+  panel_rise = of->rise;
+  snprintf(body.mesh, sizeof body.mesh, "beam:%dx2x%d@2x0.01x1,hex", 2 * cells, cells);
+  snprintf(mesh, 64, "%s", body.mesh);
   thrum_precomputed made = {0};
-  THRUM_TRY(published_precompute(&body, 5, 20, false, &made, error));
+  THRUM_TRY(published_precompute(&body, PANEL_MODES, PANEL_RANK, false, &made, error));
   const thrum_model *stepped = NULL;
   void *memory = NULL;
   size_t size = 0;
-  specials found = {0};
-  thrum_status status = thrum_model_condense_size(&made.model, 5, &size, error);
+  thrum_status status = thrum_model_condense_size(&made.model, PANEL_MOVE, &size, error);
   THRUM_THEN(status, thrum_reserve_aligned(&memory, size, "the condensed model", error));
-  THRUM_THEN(status, thrum_model_condense(memory, size, &made.model, 5, &stepped, error));
-  THRUM_THEN(status, follow(&made.model, stepped, &found, error));
-
-  // in the order of the curve: up, down, out of the pit, the two tori, and over the other peak
-  static const struct {
-    const char *quantity;
-    double published;
-  } rows[] = {{"panel: fold 1, % of omega", -2.111},  {"panel: fold 2, % of omega", -5.388},
-              {"panel: torus 1, % of omega", -0.476}, {"panel: torus 2, % of omega", 0.576},
-              {"panel: fold 3, % of omega", 3.270},   {"panel: fold 4, % of omega", 2.037}};
-  published_add(sink, "periodic", "panel: first frequency, rad/s", body.mesh, cells, 149.22,
-                sqrt(made.model.omega2[0]));
-  for (int n = 0; n < 6 && status >= 0; n++)
-    published_add(sink, "periodic", rows[n].quantity, body.mesh, cells, rows[n].published,
-                  found.count == 6 ? found.share[n] : NAN);
+  THRUM_THEN(status, thrum_model_condense(memory, size, &made.model, PANEL_MOVE, &stepped, error));
+  THRUM_THEN(status, follow(of, &made.model, stepped, found, error));
   free(memory);
   thrum_precomputed_free(&made);
   return status;
+}
+
+typedef struct panel_quantity {
+  const char *name;
+  double published;
+} panel_quantity;
+
+/* Rows of special points in the order of the curve. */
+static void add_specials(const published_sink *sink, const panel_quantity *rows, int count,
+                         const char *mesh, int cells, const specials *found) {
+  for (int n = 0; n < count; n++)
+    published_add(sink, "periodic", rows[n].name, mesh, cells, rows[n].published,
+                  found->count == count ? found->share[n] : NAN);
+}
+
+static thrum_status panel_rows(const published_sink *sink, int cells, thrum_error *error) {
+  // up, down, out of the pit, the two tori, and over the other peak
+  static const panel_quantity low[] = {
+      {"panel: fold 1, % of omega", -2.111},  {"panel: fold 2, % of omega", -5.388},
+      {"panel: torus 1, % of omega", -0.476}, {"panel: torus 2, % of omega", 0.576},
+      {"panel: fold 3, % of omega", 3.270},   {"panel: fold 4, % of omega", 2.037}};
+  static const panel_quantity high[] = {{"panel of 100 mm: upper fold, % of omega", -0.60},
+                                        {"panel of 100 mm: lower fold, % of omega", -0.85}};
+  const panel shallow = {0.041, true, 0.925, 1.06}, deep = {0.1, false, 0.96, 1.01};
+  specials found = {0};
+  char mesh[64];
+  THRUM_TRY(panel_specials(&shallow, cells, mesh, &found, error));
+  published_add(sink, "periodic", "panel: first frequency, rad/s", mesh, cells, 149.22,
+                found.omega);
+  add_specials(sink, low, 6, mesh, cells, &found);
+  found = (specials){0};
+  THRUM_TRY(panel_specials(&deep, cells, mesh, &found, error));
+  add_specials(sink, high, 2, mesh, cells, &found);
+  return THRUM_OK;
 }
 
 /* --- arches ----------------------------------------------------------------------------------- */
@@ -295,7 +337,7 @@ thrum_status published_periodic(const published_sink *sink, thrum_error *error) 
   for (int level = 0; level < 3 && level <= sink->level + 1; level++)
     THRUM_TRY(beam_rows(sink, modes[level], error));
   for (int level = 1; level <= sink->level && level <= 2; level++)
-    THRUM_TRY(panel_rows(sink, 8 << (level - 1), error));
+    THRUM_TRY(panel_rows(sink, 8 + 8 * level, error));
   for (int level = 1; level <= sink->level && level <= 2; level++)
     THRUM_TRY(arch_rows(sink, 64 << (level - 1), error));
   for (int level = 0; level <= sink->level && level <= 2; level++)
