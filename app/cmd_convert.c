@@ -142,7 +142,7 @@ static int convert(const convert_request *request) {
 
   // elements stay what they are, as far as the format has them
   if (reading.element == THRUM_ELEMENT_AUTO)
-    reading.element = thrum_mesh_write_takes(request->output, THRUM_FORM_HEX8) ? THRUM_ELEMENT_SOLID
+    reading.element = thrum_mesh_write_takes(request->output, THRUM_FORM_HEX8) ? THRUM_ELEMENT_FILE
                                                                                : THRUM_ELEMENT_TET;
   thrum_status status = thrum_mesh_read_with(request->input, &reading, &mesh, &error);
   if (status < 0)

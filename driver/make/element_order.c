@@ -10,16 +10,16 @@
 #include "driver/model/locking.h"
 #include "io/json.h"
 #include "mesh/midsides.h"
-#include "mesh/refine_solids.h"
 #include "mesh/solids.h"
 #include "platform/memory_limit.h"
 #include "platform/threads.h"
 #include "precompute/basis/order_find.h"
 #include "precompute/estimate.h"
+#include "precompute/fem/refine_solids.h"
 #include "precompute/options_check.h"
 
 #define TETS_MAX 200000  /* beyond it a plan for ten nodes alone takes long */
-#define REFINED_MAX 6000 /* elements of the finer mesh, whose modes take about a second */
+#define REFINED_MAX 8000 /* vertices of the finer mesh, whose modes take about a second */
 #define WORK_MAX 5e12    /* operations of the factor and its solves: minutes on one core */
 
 /* Whether a failure says that nothing is chosen, and not that precompute will refuse the body and
@@ -133,7 +133,7 @@ static thrum_status refine(const thrum_mesh *mesh, const uint8_t *fixed, thrum_m
                            uint8_t **held, int *levels, thrum_error *error) {
   THRUM_TRY(thrum_mesh_refine(mesh, fixed, finer, held, error));
   *levels = 1;
-  if (thrum_mesh_refined_count(finer) > REFINED_MAX)
+  if (thrum_mesh_refined_size(finer).vertices > REFINED_MAX)
     return THRUM_OK;
   thrum_mesh finest = {0};
   uint8_t *finest_held = NULL;
@@ -150,8 +150,8 @@ thrum_status element_order_refine(const precompute_request *request, const thrum
                                   const uint8_t *fixed, int64_t modes, const double *omega2,
                                   element_order *order, thrum_error *error) {
   order->finer_count = 0;
-  const int64_t parts = thrum_mesh_refined_count(mesh);
-  if (parts == 0 || parts > REFINED_MAX)
+  const thrum_refined_size size = thrum_mesh_refined_size(mesh);
+  if (size.elements == 0 || size.vertices > REFINED_MAX)
     return THRUM_OK;
   const int64_t count = modes < ELEMENT_ORDER_FINER ? modes : ELEMENT_ORDER_FINER;
   thrum_precompute_options options = thrum_default_precompute_options();

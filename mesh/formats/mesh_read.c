@@ -184,7 +184,7 @@ static thrum_status choose_wedges(const thrum_mesh_read_options *options, thrum_
                                   bool *divided, thrum_error *error) {
   const long long thin = count_form(mesh, THRUM_FORM_SHELL6);
   const long long thick = count_form(mesh, THRUM_FORM_WEDGE6);
-  if (thin + thick == 0)
+  if (thin + thick == 0 || options->element == THRUM_ELEMENT_FILE)
     return THRUM_OK;
   if (options->element != THRUM_ELEMENT_AUTO) {
     thrum_mesh_add_note(mesh,
@@ -239,7 +239,8 @@ thrum_status thrum_mesh_read_with(const char *name, const thrum_mesh_read_option
   THRUM_THEN(status, read_named(name, options, &read, error));
 
   // the nodes of elements that stay are those of the file
-  if (status >= 0 && options->order == 2 && options->element > THRUM_ELEMENT_TET)
+  if (status >= 0 && options->order == 2 &&
+      (options->element == THRUM_ELEMENT_SOLID || options->element == THRUM_ELEMENT_SHELL))
     status = thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                              "%.200s: --order 2 cuts elements into tetrahedra, and --element says "
                              "that they stay: leave one out",

@@ -32,7 +32,8 @@ typedef enum thrum_element_choice {
   THRUM_ELEMENT_AUTO,  /* they stay, thin ones as solid-shells; wedges of 6 nodes do not */
   THRUM_ELEMENT_TET,   /* they are cut into tetrahedra */
   THRUM_ELEMENT_SOLID, /* they stay, none is a solid-shell */
-  THRUM_ELEMENT_SHELL  /* they stay, those of order 1 are solid-shells */
+  THRUM_ELEMENT_SHELL, /* they stay, those of order 1 are solid-shells */
+  THRUM_ELEMENT_FILE   /* they stay as for SOLID, for who writes them again: order 2 cuts them */
 } thrum_element_choice;
 
 /* How a mesh is to be read. */

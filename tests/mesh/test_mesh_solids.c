@@ -10,7 +10,6 @@
 #include "mesh/divide_shells.h"
 #include "mesh/formats/mesh_write.h"
 #include "mesh/mesh_examine.h"
-#include "mesh/refine_solids.h"
 #include "mesh/solids.h"
 
 enum { CELLS = 3, HALVES = 2 * CELLS + 1, TEXT_MAX = 1 << 17 };
@@ -446,41 +445,6 @@ static void what_was_made_is_held_with_its_vertices(void **state) {
   thrum_mesh_free(&mesh);
 }
 
-/* A refined grid has eight elements for one, solid-shells four, and the same volume; vertices are
- * shared, and held where all around them are. */
-static void refined_hexahedra_fill_the_same_body(void **state) {
-  (void)state;
-  for (int n = 0; n < 2; n++) {
-    thrum_mesh mesh = {0}, finer = {0};
-    const thrum_mesh_read_options options = {
-        .scale = 1, .element = n == 0 ? THRUM_ELEMENT_SOLID : THRUM_ELEMENT_SHELL};
-    assert_int_equal(thrum_mesh_read_with("beam:3x2x1@3x2x0.5,hex", &options, &mesh, NULL),
-                     THRUM_OK);
-    uint8_t *fixed = calloc((size_t)mesh.vertex_count, 1), *held = NULL;
-    assert_non_null(fixed);
-    for (int64_t v = 0; v < mesh.vertex_count; v++)
-      fixed[v] = mesh.vertices[3 * v] < 0.01 ? 7 : mesh.vertices[3 * v] < 1.01 ? 1 : 0;
-    assert_int_equal(thrum_mesh_refine(&mesh, fixed, &finer, &held, NULL), THRUM_OK);
-    const int64_t layers = n == 0 ? 3 : 2;
-    assert_int_equal(finer.solid_count, (n == 0 ? 8 : 4) * 6);
-    assert_int_equal(finer.solid_count, thrum_mesh_refined_count(&mesh));
-    assert_int_equal(finer.vertex_count, 7 * 5 * layers);
-    thrum_mesh_examined examined;
-    assert_int_equal(thrum_mesh_examine(&finer, &examined, NULL), THRUM_OK);
-    assert_true(fabs(examined.volume - 3) < 1e-13);
-    assert_int_equal(examined.genus, 0);
-    int64_t counts[8] = {0};
-    for (int64_t v = 0; v < finer.vertex_count; v++)
-      counts[held[v]]++;
-    assert_int_equal(counts[7], 5 * layers);
-    assert_int_equal(counts[1], 2 * 5 * layers);
-    free(fixed);
-    free(held);
-    thrum_mesh_free(&finer);
-    thrum_mesh_free(&mesh);
-  }
-}
-
 static void elements_that_stay_have_the_order_of_the_file(void **state) {
   (void)state;
   char text[4000];
@@ -534,7 +498,6 @@ int main(void) {
       cmocka_unit_test(thick_wedges_are_cut_by_default),
       cmocka_unit_test(thin_wedges_are_divided),
       cmocka_unit_test(what_was_made_is_held_with_its_vertices),
-      cmocka_unit_test(refined_hexahedra_fill_the_same_body),
       cmocka_unit_test(elements_that_stay_have_the_order_of_the_file),
       cmocka_unit_test(solids_are_written_as_what_they_are),
       cmocka_unit_test(a_beam_may_be_of_hexahedra),

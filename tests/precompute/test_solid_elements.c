@@ -8,6 +8,7 @@
 #include "mesh/mesh_shells.h"
 #include "precompute/basis/order_find.h"
 #include "precompute/fem/fem_solids.h"
+#include "precompute/fem/refine_solids.h"
 #include "precompute/fem/solid_stress.h"
 #include "precompute/model/traction.h"
 #include "thrum/polynomial.h"
@@ -504,6 +505,43 @@ static void reduced_polynomial_is_the_energy_of_the_mesh(void **state) {
   }
 }
 
+static double volume_of(const body *b) {
+  thrum_fem fem = body_fem(b);
+  double volume = 0;
+  for (int64_t s = 0; s < fem.solids.count; s++)
+    volume += fem.solids.volume[s];
+  thrum_fem_free(&fem);
+  return volume;
+}
+
+/* A refined grid has eight elements for one, solid-shells four, and the same volume; vertices are
+ * shared by all elements around them, and held where all that they lie between are. */
+static void refined_elements_fill_the_same_body(void **state) {
+  (void)state;
+  static const int vertices[FORMS] = {
+      7 * 5 * 3, 7 * 5 * 3 + 6 * 5 * 3 + 7 * 4 * 3 + 7 * 5 * 2 + 6 * 4 * 3,
+      7 * 5 * 3, 7 * 5 * 3 + 6 * 5 * 3 + 7 * 4 * 3 + 7 * 5 * 2,
+      7 * 5 * 2, 7 * 5 * 2};
+  for (int f = 0; f < FORMS; f++) {
+    const bool shell = is_shell(forms[f]);
+    body b = grid_make(forms[f], 3, 2, shell ? 0.1 : 1, 0.03), finer = {0};
+    for (int64_t v = 0; v < b.mesh.vertex_count; v++)
+      b.fixed[v] = b.mesh.vertices[3 * v] < 0.3 ? 7 : b.mesh.vertices[3 * v] < 1.3 ? 1 : 0;
+    assert_int_equal(thrum_mesh_refine(&b.mesh, b.fixed, &finer.mesh, &finer.fixed, NULL),
+                     THRUM_OK);
+    assert_int_equal(finer.mesh.solid_count, (shell ? 4 : 8) * b.mesh.solid_count);
+    assert_int_equal(finer.mesh.solid_count, thrum_mesh_refined_size(&b.mesh).elements);
+    assert_int_equal(finer.mesh.vertex_count, vertices[f]);
+    assert_within(volume_of(&finer) / volume_of(&b), 1, 1e-12);
+    for (int64_t v = 0; v < finer.mesh.vertex_count; v++) {
+      const double x = finer.mesh.vertices[3 * v];
+      assert_int_equal(finer.fixed[v], x < 0.2 ? 7 : x < 1.2 ? 1 : 0);
+    }
+    body_free(&finer);
+    body_free(&b);
+  }
+}
+
 /* The thickness is the shortest side, whichever node a file begins with. */
 static void turned_hexahedra_are_the_same_shell(void **state) {
   (void)state;
@@ -588,6 +626,7 @@ int main(void) {
       cmocka_unit_test(stress_is_that_of_the_strains),
       cmocka_unit_test(force_is_the_slope_of_energy_and_stiffness_that_of_force),
       cmocka_unit_test(reduced_polynomial_is_the_energy_of_the_mesh),
+      cmocka_unit_test(refined_elements_fill_the_same_body),
       cmocka_unit_test(turned_hexahedra_are_the_same_shell),
       cmocka_unit_test(thin_plates_do_not_lock),
       cmocka_unit_test(divided_wedges_do_not_lock),
