@@ -372,6 +372,29 @@ static void the_mean_stress_keeps_energy_and_angular_momentum(void **state) {
   }
 }
 
+/* A rotation leaves E as it is, and S with it: P-bar is F-bar S, of compressed bodies too. */
+static void a_rotation_leaves_the_stress_of_the_stretch(void **state) {
+  (void)state;
+  static const double stretch[3] = {0.8, 0.7, 1.1};
+  const double c = cos(0.9), s = sin(0.9);
+  const double rotation[3][3] = {{c, -s, 0}, {s, c, 0}, {0, 0, 1}};
+  for (int n = 0; n < LAW_COUNT; n++) {
+    double from[3][3] = {{0}}, to[3][3], first[3][3], stress[3][3];
+    for (int i = 0; i < 3; i++)
+      from[i][i] = stretch[i] - 1;
+    for (int i = 0; i < 3; i++)
+      for (int j = 0; j < 3; j++)
+        to[i][j] = rotation[i][j] * stretch[j] - (i == j);
+    thrum_law_stress(laws[n], LAMBDA, MU, from, first);
+    thrum_law_mean_stress(laws[n], LAMBDA, MU, from, to, stress);
+    for (int i = 0; i < 3; i++)
+      for (int j = 0; j < 3; j++) {
+        const double mean = 0.5 * ((i == j) + rotation[i][j]) * stretch[j];
+        assert_true(fabs(stress[i][j] - mean * first[j][j] / stretch[j]) <= 1e-12 * MU);
+      }
+  }
+}
+
 /* The work of the mean stress between two principal deformations is the change of the density. */
 static void assert_mean_stress_keeps(thrum_law law, const double from_stretch[3],
                                      const double to_stretch[3]) {
@@ -456,6 +479,7 @@ int main(void) {
       cmocka_unit_test(tension_and_shear_of_a_body_are_the_closed_forms),
       cmocka_unit_test(the_stiffness_is_the_derivative_of_the_force),
       cmocka_unit_test(the_mean_stress_keeps_energy_and_angular_momentum),
+      cmocka_unit_test(a_rotation_leaves_the_stress_of_the_stretch),
       cmocka_unit_test(the_mean_stress_keeps_energy_beside_its_poles_and_jumps),
       cmocka_unit_test(flow_brings_a_strain_back_to_the_yield_and_keeps_the_volume),
   };

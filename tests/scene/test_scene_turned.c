@@ -301,7 +301,79 @@ static void a_turned_scene_is_the_same_scene(void **context) {
   thrum_scene_destroy(b);
 }
 
+/* Two bodies that fly at each other and a third that lies on a plane below them, with friction. */
+static const double gravity[3] = {0, 0.3, -9.81};
+static const double MASS = 0.4 * 0.1 * 0.07 * 1000; /* of a body [kg] */
+
+static thrum_scene *throw(const fixture *f, const world *w, double stiffness) {
+  static const double rotations[3][4] = {{1, 0.2, 0.3, 0.1}, {0.9, -0.1, 0.4, 0.2}, {1, 0, 0, 0.2}};
+  static const double places[3][3] = {{0, 0, 0.05}, {0.15, 0.02, 0.3}, {0, 0.03, -0.2}};
+  static const double speeds[3][3] = {{0.5, 0.2, -0.3}, {-0.4, 0.1, -2}, {0.1, 0, 0}};
+  thrum_scene *scene = NULL;
+  MUST(thrum_scene_create(0.001, &scene, &failure));
+  double vector[3];
+  turn(w, gravity[0], gravity[1], gravity[2], vector);
+  MUST(thrum_scene_set_gravity(scene, vector, &failure));
+  thrum_contact_pairs_def pairs = thrum_default_contact_pairs_def();
+  pairs.friction = 0.3;
+  pairs.restitution = 0.5;
+  MUST(thrum_scene_set_collisions(scene, &pairs, &failure));
+  for (int n = 0; n < 3; n++) {
+    thrum_scene_body_def def = thrum_default_scene_body_def();
+    def.model = &f->free_bar.model;
+    def.free = 1;
+    def.stiffness = stiffness;
+    def.triangles = f->triangles;
+    def.triangle_count = f->triangle_count;
+    move(w, places[n][0], places[n][1], places[n][2], def.position);
+    turn_rotation(w, rotations[n], def.rotation);
+    turn(w, speeds[n][0], speeds[n][1], speeds[n][2], def.velocity);
+    MUST(thrum_scene_add_body(scene, &def, NULL, &failure));
+  }
+  return scene;
+}
+
+/* Soft bodies and near-rigid ones meet by springs and by impacts; neither changes the momentum,
+ * that of gravity apart, nor adds energy. */
+static void bodies_meet_alike_in_a_turned_world(void **context) {
+  const fixture *f = *context;
+  const world still = world_of(1, 0, 0, 0, 0), turned = world_of(0.5, -0.3, 0.7, 0.2, 0.4);
+  for (int stiff = 0; stiff < 2; stiff++) {
+    thrum_scene *a = throw(f, &still, stiff ? 300 : 1), *b = throw(f, &turned, stiff ? 300 : 1);
+    thrum_scene_account first, now;
+    MUST(thrum_scene_account_get(a, &first, &failure));
+    int64_t touched = 0;
+    double most = first.total;
+    for (int k = 1; k <= 160; k++) {
+      MUST(thrum_scene_step(a, &failure));
+      MUST(thrum_scene_step(b, &failure));
+      MUST(thrum_scene_account_get(a, &now, &failure));
+      const thrum_contact_pairs_report report = thrum_scene_collisions(a);
+      touched += report.touching + report.struck;
+      most = fmax(most, now.total);
+      for (int axis = 0; axis < 3; axis++)
+        assert_true(fabs(now.momentum[axis] - first.momentum[axis] -
+                         3 * MASS * 0.001 * k * gravity[axis]) <= 1e-11);
+      if (k % 10 == 0)
+        for (int32_t n = 0; n < 3; n++) {
+          double x[2][3], v[2][3];
+          far = 1e-8;
+          for (int64_t vertex = 0; vertex < f->free_bar.model.vertex_count; vertex++) {
+            MUST(thrum_scene_body_vertex(a, n, vertex, x[0], v[0], &failure));
+            MUST(thrum_scene_body_vertex(b, n, vertex, x[1], v[1], &failure));
+            assert_moved(&turned, x[0], x[1], "a vertex");
+            assert_turned(&turned, v[0], v[1], 10, "its velocity");
+          }
+        }
+    }
+    assert_true(touched > 10 && most <= first.total * (1 + 1e-9));
+    thrum_scene_destroy(a);
+    thrum_scene_destroy(b);
+  }
+}
+
 int main(void) {
-  const struct CMUnitTest tests[] = {cmocka_unit_test(a_turned_scene_is_the_same_scene)};
+  const struct CMUnitTest tests[] = {cmocka_unit_test(a_turned_scene_is_the_same_scene),
+                                     cmocka_unit_test(bodies_meet_alike_in_a_turned_world)};
   return cmocka_run_group_tests(tests, setup, teardown);
 }
