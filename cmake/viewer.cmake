@@ -5,7 +5,7 @@ option(THRUM_BUILD_VIEWER "Build the viewer with everything else, and test it" O
 # another build's page will do
 set(THRUM_VIEWER_PAGE ${CMAKE_BINARY_DIR}/viewer/viewer.html CACHE FILEPATH "The viewer's page")
 
-file(GLOB THRUM_VIEWER_SOURCES CONFIGURE_DEPENDS viewer/*.* viewer/src/* javascript/compile.mjs javascript/*.[ch] javascript/src/* scene/*.[ch] core/*/* runtime/*/* contact/*
+file(GLOB THRUM_VIEWER_SOURCES CONFIGURE_DEPENDS viewer/*.* viewer/src/* javascript/compile.mjs javascript/*.[ch] javascript/src/* gradient/*.[ch] scene/*.[ch] core/*/* runtime/*/* contact/*
   include/thrum/*.h)
 add_custom_command(OUTPUT ${CMAKE_BINARY_DIR}/viewer/viewer.html
   COMMAND ${CMAKE_CURRENT_SOURCE_DIR}/cmake/node_package.sh viewer ${CMAKE_BINARY_DIR}/viewer

@@ -1,4 +1,4 @@
-// libthrum, its scenes and the C files of a folder as one WebAssembly module. Needs clang with lld and
+// libthrum, its scenes, gradients of runs and the C files of a folder as one WebAssembly module. Needs clang with lld and
 // wasi-libc. SPDX-License-Identifier: Apache-2.0
 import { spawnSync } from 'node:child_process';
 import { mkdirSync, mkdtempSync, readdirSync, renameSync, rmSync, writeFileSync } from 'node:fs';
@@ -11,7 +11,7 @@ const root = dirname(dirname(fileURLToPath(import.meta.url)));
 /** Where the step of a model spends its time: the passes of this architecture over coefficients and points, and solves.
  * The laws of materials at cubature points, and what is done once for a model, are small instead. */
 const FAST = ['runtime/kernels/kernel_wasm.c', 'runtime/batch/batch_kernel.c', 'core/polynomial/polynomial.c',
-  'core/linear_algebra/dense.c', 'core/linear_algebra/symmetric.c'];
+  'core/linear_algebra/dense.c'];
 
 /** The same, at -O2: -O3 doubles its size and makes it no faster. */
 const FAST_AND_SMALL = ['runtime/points/kernel_points.c'];
@@ -43,7 +43,7 @@ export function compile(folder, path, defines = []) {
   const work = mkdtempSync(join(tmpdir(), 'thrum-wasm-'));
   try {
     // what a step spends its time in is fast, all else small: the package is to stay below 310 kB in gzip
-    const all = [...new Set(['core', 'runtime', 'contact', 'scene', 'javascript', folder])].flatMap((name) => sources(join(root, name)));
+    const all = [...new Set(['core', 'runtime', 'contact', 'scene', 'gradient', 'javascript', folder])].flatMap((name) => sources(join(root, name)));
     const among = (names) => all.filter((name) => names.some((of) => name.startsWith(join(root, of))));
     const [fast, faster] = [among(FAST_AND_SMALL), among(FAST)];
     const objects = [['-O3', faster], ['-O2', fast], ['-Oz', all.filter((name) => ![...fast, ...faster].includes(name))]]

@@ -114,6 +114,52 @@ export class Model implements Freed {
   surface(options?: { vertices?: Iterable<number>; triangles?: ArrayLike<number> & Iterable<number> }): Surface;
   /** Stress at the nodes of its mesh. */
   stressNodes(): StressNodes;
+  /** Makes a run that can be differentiated, by energy, newmark, midpoint or verlet. */
+  rollout(steps: number, options?: RolloutOptions): Rollout;
+  /** The loss of a run and its gradient; of an array of options one of each. */
+  valueAndGradient(loss: Loss, steps: number, options?: RolloutOptions): { value: number; gradient: Gradient };
+  valueAndGradient(loss: Loss, steps: number, options: readonly RolloutOptions[]): { value: number; gradient: Gradient }[];
+}
+
+export interface RolloutOptions extends StateOptions {
+  /** The start (r each); undefined: zero. */
+  q?: ArrayLike<number>;
+  p?: ArrayLike<number>;
+  /** The force of each step (steps x `shown`); undefined: none. */
+  force?: ArrayLike<number>;
+}
+
+/** Gets q and p after each step, the start first ((steps + 1) x r each), and returns its value and its derivatives by both; undefined:
+ * it does not depend on that one. */
+export type Loss = (q: Float64Array, p: Float64Array) => { value: number; q?: ArrayLike<number>; p?: ArrayLike<number> };
+
+/** Derivatives of a loss by what a run depends on; thrum_tape_gradient says what each is. */
+export interface Gradient {
+  q: Float64Array;
+  p: Float64Array;
+  /** By the force of each step, steps x `shown`. */
+  force: Float64Array;
+  /** By the damping of each coordinate [1/s], r. */
+  damping: Float64Array;
+  /** By dampingAlpha, dampingBeta, and factors of Young's modulus and of the density. */
+  alpha: number;
+  beta: number;
+  stiffness: number;
+  density: number;
+}
+
+/** A run that was recorded. */
+export class Rollout implements Freed {
+  private constructor();
+  free(): void;
+  readonly model: Model;
+  readonly steps: number;
+  readonly rank: number;
+  /** After each step, the start first, (steps + 1) x r; copies. */
+  readonly q: Float64Array;
+  readonly p: Float64Array;
+  /** The gradient of a loss from its derivatives by q and p, (steps + 1) x r each; undefined: it does not depend on that one. */
+  pullBack(q?: ArrayLike<number>, p?: ArrayLike<number>): Gradient;
 }
 
 export interface StateOptions {

@@ -1,10 +1,11 @@
 // Thrum in JavaScript: real-time deformable bodies that keep their energy.
 // SPDX-License-Identifier: Apache-2.0
+import { Rollout } from './gradient.js';
 import { Memory, ThrumError } from './memory.js';
 import { Batch, Model, State, StressNodes, Surface } from './model.js';
 import { Body, Link, Pull, Scene } from './scene.js';
 
-export { Batch, Body, Link, Model, Pull, Scene, State, StressNodes, Surface, ThrumError };
+export { Batch, Body, Link, Model, Pull, Rollout, Scene, State, StressNodes, Surface, ThrumError };
 
 /** What a call that did its work may say besides. */
 export const Status = Object.freeze({ OK: 0, ENERGY_GREW: 1, FELL_BACK: 2, SWITCHED: 3 });

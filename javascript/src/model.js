@@ -1,4 +1,5 @@
 // Models, states, batches and surfaces. SPDX-License-Identifier: Apache-2.0
+import { Rollout, valueAndGradient } from './gradient.js';
 import { outerTriangles } from './outer_triangles.js';
 import { Memory, Owned, Resource, ThrumError, doubles, snapshotBytes, steps, vertices } from './memory.js';
 
@@ -204,6 +205,15 @@ export class Model extends Resource {
 
   state(options = {}) {
     return new State(this.#memory, this, options);
+  }
+
+  rollout(steps, options = {}) {
+    return new Rollout(this.#memory, this, steps, options);
+  }
+
+  valueAndGradient(loss, steps, options = {}) {
+    return Array.isArray(options) ? options.map((each) => this.valueAndGradient(loss, steps, each))
+      : valueAndGradient(loss, this.rollout(steps, options));
   }
 
   batch(states) {

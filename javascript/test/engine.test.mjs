@@ -120,6 +120,26 @@ test('a snapshot continues with the same bits, a changed one is refused', () => 
   assert.throws(() => state.restore(kept), ThrumError);
 });
 
+test('gradients of runs agree with differences', () => {
+  const steps = 40;
+  const at = { dt: 0.002, dampingAlpha: 0.4, tolerance: 1e-13, q: beam.start(0, 0.05) };
+  const push = beam.externalLoad({ force: [0, 0, -5], group: 'tip' });
+  const run = (by) => ({ ...at, q: at.q.map((q) => (1 + by) * q), dampingAlpha: at.dampingAlpha + by,
+    force: Float64Array.from({ length: steps * RANK }, (_, n) => (1 + by) * push[n % RANK]) });
+  const loss = (q) => ({ value: q.reduce((sum, one) => sum + one * one, 0), q: q.map((one) => 2 * one) });
+  const [{ gradient: g }, high, low] = beam.valueAndGradient(loss, steps, [run(0), run(1e-5), run(-1e-5)]);
+  const dot = (a, b) => a.reduce((sum, one, n) => sum + one * b[n], 0);
+  const found = dot(g.q, at.q) + g.alpha + dot(g.force, run(0).force);
+  assert.ok(Math.abs((high.value - low.value) / 2e-5 / found - 1) < 1e-7);
+
+  // a run has the bits of a state
+  const state = beam.state({ dt: 0.002 });
+  state.set(at.q);
+  state.step(steps);
+  assert.deepEqual(beam.rollout(steps, { dt: 0.002, q: at.q }).q.slice(-RANK), state.q);
+  assert.throws(() => beam.rollout(3, { integrator: 'imexv' }), /imexv/);
+});
+
 test('a batch has the bits of single steps', () => {
   const states = Array.from({ length: 10 }, () => struck());
   const batch = beam.batch(states);
