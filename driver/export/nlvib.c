@@ -101,11 +101,12 @@ static thrum_status put_places(output *out, const thrum_model *model, const fmu_
   THRUM_TRY(thrum_reserve(&rows, 3 * count * rank, sizeof *rows, "the places", out->error));
   thrum_status status = THRUM_OK;
   for (int64_t n = 0; n < count && status >= 0; n++) {
-    load_vertices at = {0};
-    status = load_target_find(model, &places[n].target, &at, out->error);
+    int32_t *list = NULL;
+    int64_t vertices = 0;
+    status = load_target_list(model, &places[n].target, &list, &vertices, out->error);
     if (status >= 0)
-      body_place(model, at.list, at.count, rows + 3 * n * rank);
-    load_vertices_free(&at);
+      body_place(model, list, vertices, rows + 3 * n * rank);
+    free(list);
   }
   if (status >= 0) {
     put_head(out, "T", 3 * count, rank);

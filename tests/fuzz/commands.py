@@ -33,6 +33,11 @@ COMMANDS = [
     "static m.npz --load gravity:0,0,-1 -q -o q.npy --vtu q.vtu --json", "embed m.npz surface.obj -o s.npz -q",
     "export m.npz --vega-basis m.U --vega-cubic m.cub --matrices m", "view m.npz --no-open -o v.html -q",
     "precompute m.npz --modes 2 --rank 3 -q -o again.npz", "bench step m.npz --no-machine --batches 1 --steps 2 -q",
+    "response m.npz --mode 1 -q -o curve --points 12 --no-check", "response m.npz --load sine:0,0,-1@all --damping-ratio 0.05 -q --json "
+    "--points 12 --no-check", "identify m.npz ring.csv --start mode:1,0.01 --iterations 3 -q -o fit",
+    "info m.npz --gradient --touch --json", "static m.npz --full --load constant:0,0,-1@all -q --vtu w.vtu --json",
+    "simulate m.npz --full --time 0.01 --load constant:0,0,-1@all -q -o whole", "export m.npz --nlvib m.mat --damping-ratio 0.01 --at all",
+    "export m.npz --numpy m.py", "export m.npz --header m.h", "export m.npz --fmu m.fmu --at all",
 ]
 NUMBERS = [0.0, -0.0, 1.0, -1.0, 1e-320, 1e-160, 1e160, 1e308, float("nan"), float("inf"), 0.5, 7.0]
 WHOLES = [0, 1, -1, 7, 255, 2**31 - 1, -2**31, 1000]
@@ -94,13 +99,18 @@ def main():
         folder = pathlib.Path(name)
         (folder / "scene.json").write_text(SCENE)
         (folder / "surface.obj").write_text(OBJ)
+        (folder / "ring.csv").write_text("time_s,all.z_m\n" + "".join(f"{k / 500},{0.01 * (-1) ** (k // 9)}\n" for k in range(40)))
         (folder / "page.html").write_text('<script type="application/octet-stream" id="thrum-pack"></script>')
         environment = dict(os.environ, PATH="", OPENBLAS_NUM_THREADS="1", THRUM_VIEWER=str(folder / "page.html"),
                            XDG_CACHE_HOME=str(folder / "cache"))
         seeds = []
-        for fix in (["--fix", "x<0.1"], [], ["--fix", "x<0.1", "--condense"]):
-            subprocess.run([wanted.program, "precompute", "beam:2x1x1@2x1x1,split=6", "--order", "1", *fix, "--modes", "2", "--rank", "4", "-q", "-o",
-                            "seed.npz"], cwd=folder, check=True, capture_output=True, env=environment)
+        held = ["--fix", "x<0.1"]
+        for mesh, more in (("beam:2x1x1@2x1x1,split=6", held), ("beam:2x1x1@2x1x1,split=6", []),
+                           ("beam:2x1x1@2x1x1,split=6", [*held, "--condense"]), ("beam:2x1x1@2x1x1,hex", held),
+                           ("beam:3x2x1@2x1x0.05,hex", [*held, "--parameters"]),
+                           ("beam:2x1x1@2x1x1,split=6", ["--spring", "x<0.1:1e4"])):
+            subprocess.run([wanted.program, "precompute", mesh, "--order", "1", *more, "--modes", "2", "--rank", "4", "-q", "-o", "seed.npz"],
+                           cwd=folder, check=True, capture_output=True, env=environment)
             with zipfile.ZipFile(folder / "seed.npz") as file:
                 seeds.append({member: file.read(member) for member in file.namelist()})
 
