@@ -30,7 +30,7 @@
 /* Operations of a polynomial of this rank. */
 static double flops_of(const thrum_fem *fem, double rank) {
   const double columns = rank + rank * (rank + 1) / 2;
-  return 6 * (double)(fem->tet_count * fem->point_count) * columns * columns;
+  return 6 * (double)thrum_fem_points(fem) * columns * columns;
 }
 
 double basis_rerun_seconds(const basis_asked *asked, double seconds) {
