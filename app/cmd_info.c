@@ -33,6 +33,7 @@
 #include "platform/allocate.h"
 #include "platform/clock.h"
 #include "precompute/model/load_share.h"
+#include "precompute/model/model_fem.h"
 
 #define NAMES_SHOWN 8
 #define LOADS_MAX 16
@@ -656,6 +657,15 @@ static thrum_status write_shape_gradient(const info *about, thrum_error *error) 
   return status;
 }
 
+/* Volume and mass of hexahedra and wedges, whose tetrahedra have others where faces are bent. */
+static thrum_status weigh(const thrum_model *model, thrum_quality *quality, thrum_error *error) {
+  thrum_model_fem whole = {0};
+  THRUM_TRY(thrum_model_fem_elements(model, &whole, error));
+  thrum_fem_weigh(&whole.fem, &quality->volume, &quality->mass);
+  thrum_model_fem_free(&whole);
+  return THRUM_OK;
+}
+
 /* Everything that is printed, or the reason why not. */
 static thrum_status gather(info *about, thrum_error *error) {
   const thrum_model *model = about->model;
@@ -671,6 +681,8 @@ static thrum_status gather(info *about, thrum_error *error) {
   // what needs a mesh is left out for a polynomial alone
   if (about->has_mesh)
     THRUM_TRY(thrum_quality_measure(model, &about->quality, error));
+  if (about->has_mesh && model->solid_count > 0)
+    THRUM_TRY(weigh(model, &about->quality, error));
   THRUM_TRY(thrum_reserve(&about->stepped, model->rank, sizeof *about->stepped, "the frequencies",
                           error));
   THRUM_TRY(model_condense_to(model, 0, &about->steps_memory, &about->steps, error));

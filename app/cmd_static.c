@@ -233,8 +233,11 @@ static int run_request(const static_request *request) {
                           .lower_energy = NAN};
   double *memory = NULL;
 
-  thrum_status status = mesh_model_load(request->model_path, &request->mesh_def, request->quiet,
-                                        &loaded, NULL, &error);
+  mesh_model_def def = request->mesh_def;
+  if (request->full)
+    def.reading.tets_for = mesh_model_tets_for(request->law, NULL, request->quadrature);
+  thrum_status status =
+      mesh_model_load(request->model_path, &def, request->quiet, &loaded, NULL, &error);
 
   // an equilibrium is sought in all coordinates
   THRUM_THEN(status,

@@ -54,11 +54,14 @@ thrum_status thrum_mesh_add_springs(thrum_mesh *mesh, const char *spec, thrum_er
     memset(marks, 0, (size_t)mesh->vertex_count);
     status = thrum_mesh_fix(mesh, where, marks, &count, error);
   }
-  if (status >= 0 && springs == NULL)
+
+  // nothing pulls where all are 0, and a free body stays one
+  const bool pulls = stiffness[0] > 0 || stiffness[1] > 0 || stiffness[2] > 0;
+  if (status >= 0 && springs == NULL && pulls)
     status = thrum_reserve(&springs, mesh->vertex_count, 3 * sizeof *springs, "the springs", error);
 
   // each takes its share
-  if (status >= 0) {
+  if (status >= 0 && pulls) {
     mesh->springs = springs;
     count = 0;
     for (int64_t v = 0; v < mesh->vertex_count; v++)

@@ -83,16 +83,8 @@ static thrum_status check_memory(const pipeline *p, thrum_error *error) {
 
 // volume and mass of the whole body
 static void weigh_body(pipeline *p) {
-  double sums[2] = {0};
-  for (int64_t t = 0; t < p->fem.tet_count; t++) {
-    sums[0] += p->fem.volume[t];
-    sums[1] += p->fem.volume[t] * p->fem.density[p->fem.tet_region[t]];
-  }
-  const thrum_solid_elements *solids = &p->fem.solids;
-  for (int64_t s = 0; s < solids->count; s++) {
-    sums[0] += solids->volume[s];
-    sums[1] += solids->volume[s] * p->fem.density[solids->region[s]];
-  }
+  double sums[2];
+  thrum_fem_weigh(&p->fem, &sums[0], &sums[1]);
   thrum_ranks_sum(p->ranks, sums, 2);
   p->result.volume = sums[0];
   p->result.mass = sums[1];

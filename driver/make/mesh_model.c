@@ -85,6 +85,15 @@ static bool needs_points(const mesh_model_def *def) {
          region_materials_need_points(def->materials, def->material_count);
 }
 
+const char *mesh_model_tets_for(thrum_law law, const thrum_plastic *plastic,
+                                thrum_full_quadrature quadrature) {
+  if (law != THRUM_LAW_STVK)
+    return "laws other than Saint Venant-Kirchhoff's take";
+  if (plastic != NULL && !isinf(plastic->yield))
+    return "plastic flow takes";
+  return quadrature != THRUM_FULL_EXACT ? "four points take" : NULL;
+}
+
 /* One file for each mesh and what is asked of it, so that runs of others keep theirs. */
 static thrum_status kept_path(const char *text, const mesh_model_def *def,
                               char path[NAMED_MODEL_PATH_MAX], thrum_error *error) {
@@ -110,6 +119,8 @@ static thrum_status kept_path(const char *text, const mesh_model_def *def,
   const thrum_mesh_read_options *reading = &def->reading;
   if (reading->element != THRUM_ELEMENT_AUTO)
     hash = hash_bytes(hash, &reading->element, sizeof reading->element);
+  if (reading->tets_for != NULL)
+    hash = hash_bytes(hash, reading->tets_for, strlen(reading->tets_for));
   if (reading->scale != 1 || reading->order != 0 || reading->unit || reading->regions) {
     snprintf(numbers, sizeof numbers, "%.17g|%d|", reading->scale, reading->order);
     hash = hash_bytes(hash, numbers, strlen(numbers));

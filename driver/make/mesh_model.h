@@ -6,7 +6,9 @@
 #include "config/options.h"
 #include "driver/make/named_model.h"
 #include "mesh/formats/mesh_read.h"
+#include "precompute/full/full_solver.h"
 #include "precompute/precompute.h"
+#include "runtime/material/plastic_flow.h"
 
 #define MESH_MODEL_FIXES_MAX 32
 #define MESH_MODEL_MATERIALS_MAX 64
@@ -39,6 +41,11 @@ int mesh_model_def_check(const char *command, const mesh_model_def *def, bool me
 /* The same for a command that takes a mesh with --full only. */
 int mesh_model_full_check(const char *command, const char *path, const mesh_model_def *def,
                           bool full, bool law_given);
+
+/* What of a run of the whole mesh is of tetrahedra alone, as `tets_for` of the options of reading;
+ * NULL: nothing. `plastic` may be NULL. */
+const char *mesh_model_tets_for(thrum_law law, const thrum_plastic *plastic,
+                                thrum_full_quadrature quadrature);
 
 /* Loads the model of the mesh at `text`: made with precompute's defaults, in the cache of models
  * and anew each time, since a mesh may be of several files that change. Where `text` is no mesh,

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "config/message.h"
+#include "core/base/pi.h"
 #include "driver/make/precompute_dry.h"
 #include "driver/make/precompute_make.h"
 #include "driver/make/precompute_progress.h"
@@ -35,6 +36,7 @@
 
 /* Beyond these the model is written, but flagged (exit 3). */
 #define RESIDUAL_FLAG 1e-8       /* |K psi - w^2 M psi| / (|K| |psi|) of any mode */
+#define ROUNDING_FLAG 2e-3       /* of omega^2, of a mode and its coordinate */
 #define ORTHONORMALITY_FLAG 1e-9 /* |U^T M U - 1| and the same of U^T K U */
 
 /* Checks the paths of the model and of the modes: neither may take the place of the other, nor of
@@ -285,6 +287,26 @@ static void warn_of_rank(const thrum_precomputed *result) {
                 (long long)thrum_options_usual_rank(result->mode_count));
 }
 
+/* A basis that has all modes has their frequencies, but for rounding. */
+static bool warn_of_rounding(const thrum_precomputed *result) {
+  int64_t modes = 0;
+  for (int64_t n = 0; n < result->model.rank && result->coordinates != NULL; n++)
+    modes += result->coordinates[n].kind == THRUM_COORDINATE_MODE;
+  if (modes < result->mode_count || !result->modes_complete)
+    return false;
+  for (int64_t n = 0; n < modes; n++) {
+    const double mode = result->mode_omega2[n], own = result->model.omega2[n];
+    if (fabs(own - mode) <= ROUNDING_FLAG * mode)
+      continue;
+    config_warn(
+        "mode %lld has %.6g Hz, and in the basis %.6g Hz: the stiffness is lost in rounding, "
+        "which in thin parts grows as (length over thickness)^4",
+        (long long)n + 1, sqrt(mode) / THRUM_TWO_PI, sqrt(own) / THRUM_TWO_PI);
+    return true;
+  }
+  return false;
+}
+
 static bool is_flagged(const precompute_request *request, const thrum_precomputed *result) {
   bool flagged = !(result->basis_orthonormality <= ORTHONORMALITY_FLAG) ||
                  !(result->basis_diagonality <= ORTHONORMALITY_FLAG);
@@ -298,6 +320,7 @@ static bool is_flagged(const precompute_request *request, const thrum_precompute
         (long long)(result->shift_count - result->rigid_count), (long long)result->mode_count);
 
   warn_of_rank(result);
+  flagged = warn_of_rounding(result) || flagged;
 
   // points that do not reach what was asked for
   const bool missed =
@@ -496,6 +519,38 @@ static thrum_status check_generated(const precompute_request *request, thrum_err
   return thrum_estimate_grid(cells, &request->options, error);
 }
 
+/* What of the request is of tetrahedra alone, as `tets_for` of the options of reading. */
+static const char *tets_for(const precompute_request *request) {
+  const thrum_precompute_options *options = &request->options;
+  if (options->parameters)
+    return "parameters take";
+  if (options->cubature || options->law != THRUM_LAW_STVK ||
+      region_materials_need_points(request->materials, request->material_count))
+    return "cubature points take";
+  return options->shared != NULL ? "several processes take" : request->reading.tets_for;
+}
+
+/* The elements of a model cannot be cut. */
+static thrum_status check_solids_of_model(const precompute_request *request, thrum_error *error) {
+  const char *why = tets_for(request);
+  if (why == NULL)
+    return THRUM_OK;
+  return thrum_error_set(error, THRUM_UNSUPPORTED,
+                         "%.200s is a model of hexahedra or wedges, and %s tetrahedra alone: give "
+                         "the mesh that it was made from",
+                         request->mesh_name, why);
+}
+
+/* Only tetrahedra of ten nodes have points to choose. */
+static thrum_status check_quadrature(const precompute_request *request, const thrum_mesh *mesh,
+                                     thrum_error *error) {
+  if (request->options.quadrature_order == 0 || mesh->midsides != NULL)
+    return THRUM_OK;
+  return thrum_error_set_field(error, "--quadrature-order", THRUM_INVALID_ARGUMENT,
+                               " is of tetrahedra of ten nodes, and the mesh has none: leave it "
+                               "out, or give --element tet --order 2");
+}
+
 /* The mesh, and what of it is held before any --fix: a model file says so, too. */
 static thrum_status read_mesh(const precompute_request *request, thrum_mesh *mesh, uint8_t **fixed,
                               thrum_error *error) {
@@ -507,17 +562,13 @@ static thrum_status read_mesh(const precompute_request *request, thrum_mesh *mes
                              "%.200s is a model: --scale, --unit, --regions, --order and --element "
                              "are of its mesh's file",
                              request->mesh_name);
-    return mesh_of_model_read(request->mesh_name, mesh, fixed, error);
+    THRUM_TRY(mesh_of_model_read(request->mesh_name, mesh, fixed, error));
+    return mesh->solid_count > 0 ? check_solids_of_model(request, error) : THRUM_OK;
   }
 
   // what tetrahedra alone have cuts other elements, unless these were asked for
-  const thrum_precompute_options *options = &request->options;
   thrum_mesh_read_options reading = request->reading;
-  if (reading.element == THRUM_ELEMENT_AUTO &&
-      (options->cubature || options->parameters || options->shared != NULL ||
-       options->law != THRUM_LAW_STVK ||
-       region_materials_need_points(request->materials, request->material_count)))
-    reading.element = THRUM_ELEMENT_TET;
+  reading.tets_for = tets_for(request);
   THRUM_TRY(thrum_mesh_read_with(request->mesh_name, &reading, mesh, error));
   return thrum_reserve(fixed, mesh->vertex_count, 1, "what is held of the mesh", error);
 }
@@ -569,6 +620,7 @@ thrum_status precompute_make(const precompute_request *request, precompute_show 
   THRUM_THEN(status, element_order_choose(&found, read, hold_vertices, &mesh, &fixed,
                                           &outcome.order, error));
   THRUM_THEN(status, share_springs(request, vertices, &mesh, error));
+  THRUM_THEN(status, check_quadrature(request, &mesh, error));
   if (status >= 0) {
     if (!request->quiet)
       element_order_say(&outcome.order, &mesh, path_basename(request->mesh_name));

@@ -206,8 +206,9 @@ const config_command command_response = {
         "-o forced\n"
         "response panel.npz --load sine:0,0,10@load --damping-ratio 0.002 --periods 2 --branch 1\n"
         "response panel.npz --base-motion sine:0,0,2 --q 500 --from 26 --to 20 --json",
-    .exits = "0 done, 1 refused, 2 usage, 3 found but flagged (the curve was lost on the way, or "
-             "the mesh misses its orbits)",
+    .exits = "0 done, 1 refused, 2 usage, 3 found but flagged (status: lost on the way, points as "
+             "many as allowed, stopped, coarse by too few harmonics, unbranched, or missed by the "
+             "mesh)",
 };
 
 /* Shows the displacements where the loads act, when no target is given. */

@@ -39,9 +39,11 @@ static thrum_status load_model(single_run *single, model_hash *hash, thrum_error
   const char *path = request->model_path;
 
   // the full order takes a mesh as well
+  mesh_model_def def = request->mesh_def;
+  def.reading.tets_for =
+      mesh_model_tets_for(request->law, &request->def.plastic, request->quadrature);
   if (request->full)
-    THRUM_TRY(mesh_model_load(path, &request->mesh_def, request->quiet, &single->model,
-                              &single->file, error));
+    THRUM_TRY(mesh_model_load(path, &def, request->quiet, &single->model, &single->file, error));
   else
     THRUM_TRY(named_model_load(path, request->quiet, &single->model, &single->file, error));
 

@@ -4,6 +4,7 @@
 #include "mesh/formats/mesh_read.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -231,8 +232,43 @@ static thrum_status choose_solids(const thrum_mesh_read_options *options, thrum_
   return THRUM_OK;
 }
 
-thrum_status thrum_mesh_read_with(const char *name, const thrum_mesh_read_options *options,
+/* Says that hexahedra of a beam were cut, as the reader does of a file's, and for what. */
+static void note_cut(const char *why, thrum_mesh *mesh) {
+  if (mesh->solid_count > 0) {
+    thrum_mesh_add_note(mesh, "%lld hexahedra were cut into %lld tetrahedra",
+                        (long long)mesh->solid_count, (long long)mesh->tet_count);
+    mesh->cut_elements = mesh->solid_count;
+  }
+  if (mesh->cut_elements == 0 || mesh->note_count == 0 || !why)
+    return;
+  char *text = mesh->notes[mesh->note_count - 1].text;
+  const size_t length = strlen(text);
+  snprintf(text + length, sizeof mesh->notes->text - length, "; %s tetrahedra alone", why);
+}
+
+/* Elements that were to stay, and that the mesh has not. */
+static thrum_status check_kept(const char *name, const thrum_mesh_read_options *options,
+                               const thrum_mesh *mesh, thrum_error *error) {
+  if (options->element <= THRUM_ELEMENT_TET || mesh->solid_count > 0)
+    return THRUM_OK;
+  return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                         "%.200s: --element says which hexahedra and wedges stay, and %s: leave it "
+                         "out",
+                         name,
+                         mesh->cut_elements > 0
+                             ? "its elements cannot, as it has pyramids, elements of several "
+                               "orders, or some with a node twice"
+                             : "it has tetrahedra alone");
+}
+
+thrum_status thrum_mesh_read_with(const char *name, const thrum_mesh_read_options *asked,
                                   thrum_mesh *mesh, thrum_error *error) {
+  thrum_mesh_read_options made = *asked, *options = &made;
+  const char *why = NULL;
+  if (asked->element == THRUM_ELEMENT_AUTO && (asked->tets_for || asked->order == 2)) {
+    made.element = THRUM_ELEMENT_TET;
+    why = asked->tets_for ? asked->tets_for : "--order 2 takes";
+  }
   thrum_mesh read = {0};
   thrum_mesh_unit unit;
   thrum_status status = read_unit(name, options->unit, &unit, error);
@@ -247,8 +283,11 @@ thrum_status thrum_mesh_read_with(const char *name, const thrum_mesh_read_option
                              name);
 
   // a beam has its hexahedra where a file has them
-  if (status >= 0 && !keeps_solids(options))
+  THRUM_THEN(status, check_kept(name, options, &read, error));
+  if (status >= 0 && !keeps_solids(options)) {
+    note_cut(why, &read);
     thrum_mesh_drop_solids(&read);
+  }
 
   // every source may repeat vertices or leave some unused
   if (status >= 0 && options->order == 1)

@@ -47,6 +47,8 @@ typedef struct thrum_mesh_read_options {
                           that programs give it */
   const char *unit;    /* of the file, such as "mm-t-s", see thrum_mesh_unit; NULL: SI */
   thrum_element_choice element; /* order 2 cuts them into tets of ten nodes */
+  const char *tets_for; /* what takes tetrahedra alone, such as "parameters": where the element is
+                           left open, all are cut, and a note says for what; NULL: nothing */
 } thrum_mesh_read_options;
 
 /* Do the options say in which unit the file is? */

@@ -10,7 +10,14 @@
 #include <dmumps_c.h>
 
 #define USE_COMM_WORLD (-987654)
-enum { JOB_START = -1, JOB_END = -2, JOB_FACTOR = 4 };
+enum { JOB_START = -1, JOB_END = -2, JOB_FACTOR = 4, JOB_FACTOR_AGAIN = 2 };
+
+/* Room for delayed pivots, in percent of what MUMPS expects: thin bodies delay many. */
+enum { ROOM_LEAST = 50, ROOM_MOST = 10000 };
+
+static bool lacks_room(const DMUMPS_STRUC_C *mumps) {
+  return mumps->infog[0] == -8 || mumps->infog[0] == -9;
+}
 
 typedef struct triplets {
   MUMPS_INT *row, *column; /* from 1 */
@@ -44,10 +51,10 @@ static thrum_status triplets_make(const thrum_sparse *stiffness, const thrum_spa
 static void settings(DMUMPS_STRUC_C *mumps) {
   for (int stream = 0; stream < 4; stream++)
     mumps->icntl[stream] = 0;
-  mumps->icntl[6] = 5;   // METIS
-  mumps->icntl[12] = 1;  // the last pivots are counted too
-  mumps->icntl[13] = 50; // room for delayed pivots, in percent
-  mumps->icntl[30] = 1;  // no factor is kept
+  mumps->icntl[6] = 5;  // METIS
+  mumps->icntl[12] = 1; // the last pivots are counted too
+  mumps->icntl[13] = ROOM_LEAST;
+  mumps->icntl[30] = 1; // no factor is kept
 }
 
 bool thrum_inertia_available(void) {
@@ -77,10 +84,18 @@ thrum_status thrum_inertia_count(const thrum_sparse *stiffness, const thrum_spar
       dmumps_c(&mumps);
     }
 
+    // with more room where it was short
+    while (lacks_room(&mumps) && mumps.icntl[13] < ROOM_MOST) {
+      mumps.icntl[13] *= 4;
+      mumps.job = JOB_FACTOR_AGAIN;
+      dmumps_c(&mumps);
+    }
+
     if (mumps.infog[0] < 0)
       status = thrum_error_set(error, THRUM_NOT_CONVERGED,
-                               "the inertia count failed (MUMPS code %d, %d)", (int)mumps.infog[0],
-                               (int)mumps.infog[1]);
+                               "the inertia count failed (MUMPS code %d, %d): check the modes by "
+                               "search alone, --check search",
+                               (int)mumps.infog[0], (int)mumps.infog[1]);
     else
       *count = mumps.infog[11];
 

@@ -320,6 +320,19 @@ void thrum_fem_shape_gradients(const thrum_fem *fem, int64_t t, int p,
   }
 }
 
+void thrum_fem_weigh(const thrum_fem *fem, double *volume, double *mass) {
+  const thrum_solid_elements *solids = &fem->solids;
+  *volume = *mass = 0;
+  for (int64_t t = 0; t < fem->tet_count; t++) {
+    *volume += fem->volume[t];
+    *mass += fem->volume[t] * fem->density[fem->tet_region[t]];
+  }
+  for (int64_t s = 0; s < solids->count; s++) {
+    *volume += solids->volume[s];
+    *mass += solids->volume[s] * fem->density[solids->region[s]];
+  }
+}
+
 void thrum_fem_gather(const thrum_fem *fem, const double *all, double *free_ones) {
   for (int64_t i = 0; i < fem->free_count; i++)
     free_ones[i] = all[fem->component[i]];

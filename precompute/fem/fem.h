@@ -118,6 +118,9 @@ void thrum_fem_stiffness_positive(const thrum_fem *fem, const double *u, thrum_s
 thrum_status thrum_fem_mass(const thrum_fem *fem, thrum_mass kind, const thrum_sparse *pattern,
                             thrum_sparse *mass, thrum_error *error);
 
+/* Volume [m^3] and mass [kg] of all elements. */
+void thrum_fem_weigh(const thrum_fem *fem, double *volume, double *mass);
+
 /* Row sums of the mass matrix of all vertices, so M 1: vertex_count [kg]. Of linear tets both kinds
  * have the same. */
 void thrum_fem_vertex_mass(const thrum_fem *fem, thrum_mass kind, double *mass);

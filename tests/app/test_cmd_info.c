@@ -78,6 +78,30 @@ static void beam_is_measured_exactly(void **state) {
   cJSON_Delete(object);
 }
 
+/* A cube with a middle node pulled out by 0.3 across a face is larger by 0.3 times the integral of
+ * its shape function there, a third. */
+static void curved_hexahedra_have_their_own_mass(void **state) {
+  (void)state;
+  FILE *file = fopen(in_folder("bulge.inp"), "w");
+  assert_non_null(file);
+  fputs("*NODE\n1,0,0,0\n2,1,0,0\n3,1,1,0\n4,0,1,0\n5,0,0,1\n6,1,0,1\n7,1,1,1\n8,0,1,1\n"
+        "9,.5,0,0\n10,1,.5,0\n11,.5,1,0\n12,0,.5,0\n13,.5,0,1\n14,1,.5,1\n15,.5,1.3,1\n"
+        "16,0,.5,1\n17,0,0,.5\n18,1,0,.5\n19,1,1,.5\n20,0,1,.5\n*ELEMENT, TYPE=C3D20\n"
+        "1,1,2,3,4,5,6,7,8,9,10,11,12,13,14,15,\n16,17,18,19,20\n",
+        file);
+  fclose(file);
+  program_result run = thrum_run(folder, "precompute", "bulge.inp", "--young", "1e6", "--poisson",
+                                 "0.3", "--density", "10", "--fix", "x<0.001", "--modes", "1",
+                                 "--rank", "2", "-o", "bulge.npz", "-q", NULL);
+  if (run.exit_code != 0)
+    fail_msg("%s", run.err);
+  program_result_free(&run);
+  cJSON *object = info("bulge.npz", NULL, NULL);
+  assert_true(near(json_value(object, "volume_m3"), 1.1, 1e-12));
+  assert_true(near(json_value(object, "mass_kg"), 11, 1e-12));
+  cJSON_Delete(object);
+}
+
 static void info_agrees_with_precompute(void **state) {
   (void)state;
   cJSON *object = info("beam.npz", NULL, NULL);
@@ -815,6 +839,7 @@ static void the_worst_tet_is_named(void **state) {
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(beam_is_measured_exactly),
+      cmocka_unit_test(curved_hexahedra_have_their_own_mass),
       cmocka_unit_test(info_agrees_with_precompute),
       cmocka_unit_test(touch_modes_are_counted_and_measured_again),
       cmocka_unit_test(a_run_warns_of_a_pull_that_its_basis_cannot_follow),

@@ -666,6 +666,35 @@ static void stages_say_time_memory_and_rate(void **state) {
   cJSON_Delete(object);
 }
 
+/* Where the stiffness has lost its digits, pivots are delayed and frequencies differ. */
+static void a_body_that_is_too_thin_is_flagged(void **state) {
+  (void)state;
+  program_result run =
+      thrum_run(folder, "precompute", "beam:12x8x1@0.4x0.3x4e-5,hex", "-o", "thin.npz", "--fix",
+                "x<1e-9", "--fix", "x>0.3999999", "--fix", "y<-0.1499999", "--fix", "y>0.1499999",
+                "--modes", "3", "--rank", "7", NULL);
+  assert_int_equal(run.exit_code, 3);
+  assert_non_null(strstr(run.err, "the stiffness is lost in rounding"));
+  program_result_free(&run);
+}
+
+static void what_solids_have_not_is_refused(void **state) {
+  (void)state;
+  program_result run = thrum_run(folder, "precompute", "beam:2x1x1@1x0.3x0.3,hex", "-o", "s.npz",
+                                 "--fix", "x<0.001", "--modes", "1", "--rank", "2", NULL);
+  assert_int_equal(run.exit_code, 0);
+  program_result_free(&run);
+  run = thrum_run(folder, "precompute", "s.npz", "--cubature", "-o", "none.npz", NULL);
+  assert_int_equal(run.exit_code, 1);
+  assert_non_null(strstr(run.err, "give the mesh that it was made from"));
+  program_result_free(&run);
+  run = thrum_run(folder, "precompute", "beam:2x1x1@1x0.3x0.3,hex", "--quadrature-order", "7",
+                  "--fix", "x<0.001", "-o", "none.npz", NULL);
+  assert_int_equal(run.exit_code, 1);
+  assert_non_null(strstr(run.err, "--quadrature-order is of tetrahedra of ten nodes"));
+  program_result_free(&run);
+}
+
 static void precompute_says_how_modes_were_checked(void **state) {
   (void)state;
   static const char *const how[] = {"search", "inertia", "auto"};
@@ -823,6 +852,8 @@ int main(void) {
       cmocka_unit_test(order_two_makes_a_model_of_ten_node_tetrahedra),
       cmocka_unit_test(a_list_of_corners_holds_the_middle_nodes_between_them),
       cmocka_unit_test(stages_say_time_memory_and_rate),
+      cmocka_unit_test(a_body_that_is_too_thin_is_flagged),
+      cmocka_unit_test(what_solids_have_not_is_refused),
       cmocka_unit_test(precompute_says_how_modes_were_checked),
       cmocka_unit_test(an_output_that_cannot_be_written_is_refused_at_once),
       cmocka_unit_test(a_refusal_leaves_an_earlier_model_alone),

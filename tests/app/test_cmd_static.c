@@ -959,6 +959,17 @@ static void an_output_that_cannot_be_written_leaves_no_other(void **state) {
     }
 }
 
+/* A law that hexahedra have not cuts them. */
+static void other_laws_cut_hexahedra(void **state) {
+  (void)state;
+  program_result run =
+      thrum_run(folder, "static", "beam:2x1x1@1x0.3x0.3,hex", "--full", "--law", "neo-hookean",
+                "--fix", "x<0.001", "--load", "constant:0,0,-1@right", "-q", NULL);
+  assert_int_equal(run.exit_code, 0);
+  assert_non_null(strstr(run.err, "2 hexahedra were cut into 12 tetrahedra; laws other than"));
+  program_result_free(&run);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(the_files_hold_the_equilibrium),
@@ -998,6 +1009,7 @@ int main(void) {
       // mistakes on the command line
       cmocka_unit_test(an_output_that_cannot_be_written_leaves_no_other),
       cmocka_unit_test(slips_are_refused_in_one_line),
+      cmocka_unit_test(other_laws_cut_hexahedra),
   };
   return cmocka_run_group_tests(tests, make_models, remove_folder);
 }

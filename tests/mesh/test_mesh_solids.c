@@ -221,6 +221,17 @@ static void solids_are_turned_or_cut_where_they_must_be(void **state) {
     assert_int_equal(mesh.solid_count, 0);
     assert_int_equal(mesh.note_count, 1);
     thrum_mesh_free(&mesh);
+
+    // who asks for solids is not given others
+    const thrum_mesh_read_options solid = {.scale = 1, .element = THRUM_ELEMENT_SOLID};
+    thrum_error error = {0};
+    assert_int_equal(
+        thrum_mesh_read_with(mesh_write("a.inp", text, strlen(text)), &solid, &mesh, &error),
+        THRUM_INVALID_ARGUMENT);
+    assert_non_null(strstr(error.message, "or some with a node twice"));
+    assert_int_equal(thrum_mesh_read_with("beam:2x1x1@1x1x1", &solid, &mesh, &error),
+                     THRUM_INVALID_ARGUMENT);
+    assert_non_null(strstr(error.message, "it has tetrahedra alone"));
   }
 }
 
@@ -480,7 +491,15 @@ static void a_beam_may_be_of_hexahedra(void **state) {
   }
   thrum_mesh_free(&mesh);
 
-  // commands that want tetrahedra have its cut
+  // what takes tetrahedra alone has its cut, and says so
+  const thrum_mesh_read_options cut = {.scale = 1, .tets_for = "points take"};
+  assert_int_equal(thrum_mesh_read_with("beam:4x1x3@1x0.02x0.6,hex", &cut, &mesh, NULL), THRUM_OK);
+  assert_int_equal(mesh.solid_count, 0);
+  assert_string_equal(mesh.notes[0].text, "12 hexahedra were cut into 72 tetrahedra; points take "
+                                          "tetrahedra alone");
+  thrum_mesh_free(&mesh);
+
+  // commands that want tetrahedra have it, too
   assert_int_equal(thrum_mesh_read("beam:4x1x3@1x0.02x0.6,hex", 1, &mesh, NULL), THRUM_OK);
   assert_int_equal(mesh.solid_count, 0);
   assert_int_equal(mesh.tet_count, 72);

@@ -116,6 +116,10 @@ static void a_text_that_is_no_spring_changes_nothing(void **state) {
     assert_true(thrum_mesh_add_springs(&b.mesh, bad[n], &error) < 0);
     assert_true(error.message[0] != 0 && b.mesh.springs == NULL);
   }
+
+  // what does not pull is no spring
+  assert_int_equal(thrum_mesh_add_springs(&b.mesh, "tip:0", NULL), THRUM_OK);
+  assert_null(b.mesh.springs);
   body_free(&b);
 }
 
