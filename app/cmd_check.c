@@ -49,6 +49,7 @@ static thrum_status read_mesh(const check_request *request, thrum_mesh *mesh, th
   model_recipe_read(&recipe, &reading);
   THRUM_TRY(
       thrum_mesh_read_with(recipe.found ? recipe.mesh : request->mesh_name, &reading, mesh, error));
+  THRUM_TRY(thrum_mesh_check_kept(request->mesh_name, &reading, mesh, error));
   for (int64_t m = 0; m < mesh->region_count && recipe.found; m++)
     mesh->materials[m] = recipe.material;
   mesh->has_material = mesh->has_material || recipe.found;

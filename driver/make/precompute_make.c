@@ -570,6 +570,7 @@ static thrum_status read_mesh(const precompute_request *request, thrum_mesh *mes
   thrum_mesh_read_options reading = request->reading;
   reading.tets_for = tets_for(request);
   THRUM_TRY(thrum_mesh_read_with(request->mesh_name, &reading, mesh, error));
+  THRUM_TRY(thrum_mesh_check_kept(request->mesh_name, &reading, mesh, error));
   return thrum_reserve(fixed, mesh->vertex_count, 1, "what is held of the mesh", error);
 }
 
@@ -587,6 +588,7 @@ thrum_status precompute_make(const precompute_request *request, precompute_show 
   THRUM_THEN(status, read_mesh(request, &mesh, &fixed, error));
   if (status < 0) {
     thrum_mesh_free(&mesh);
+    free(fixed);
     return status;
   }
 

@@ -246,9 +246,8 @@ static void note_cut(const char *why, thrum_mesh *mesh) {
   snprintf(text + length, sizeof mesh->notes->text - length, "; %s tetrahedra alone", why);
 }
 
-/* Elements that were to stay, and that the mesh has not. */
-static thrum_status check_kept(const char *name, const thrum_mesh_read_options *options,
-                               const thrum_mesh *mesh, thrum_error *error) {
+thrum_status thrum_mesh_check_kept(const char *name, const thrum_mesh_read_options *options,
+                                   const thrum_mesh *mesh, thrum_error *error) {
   if (options->element <= THRUM_ELEMENT_TET || mesh->solid_count > 0)
     return THRUM_OK;
   return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
@@ -283,7 +282,6 @@ thrum_status thrum_mesh_read_with(const char *name, const thrum_mesh_read_option
                              name);
 
   // a beam has its hexahedra where a file has them
-  THRUM_THEN(status, check_kept(name, options, &read, error));
   if (status >= 0 && !keeps_solids(options)) {
     note_cut(why, &read);
     thrum_mesh_drop_solids(&read);

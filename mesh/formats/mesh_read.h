@@ -64,6 +64,10 @@ thrum_status thrum_mesh_read_with(const char *name, const thrum_mesh_read_option
 thrum_status thrum_mesh_read_order(const char *name, double scale, int order, thrum_mesh *mesh,
                                    thrum_error *error);
 
+/* Refuses a mesh that was read so where elements were to stay, and it has none that can. */
+thrum_status thrum_mesh_check_kept(const char *name, const thrum_mesh_read_options *options,
+                                   const thrum_mesh *mesh, thrum_error *error);
+
 /* Tells whether a name is that of a mesh by its suffix or as a generator, whether or not the file
  * exists. */
 bool thrum_mesh_is_named(const char *name);
