@@ -3,8 +3,9 @@
  * Wagner 2006 (Comput. Methods Appl. Mech. Eng. 195, 179-201), with the transverse shear of
  * Dvorkin, Bathe 1984 (doi:10.1108/eb023562) or of Lee, Bathe 2004 (Computers & Structures 82,
  * 945-962), and the strain across of Betsch, Stein 1995 (doi:10.1002/cnm.1640111104); enhanced
- * strains after Simo, Rifai 1990 (doi:10.1002/nme.1620290802). Cost: one QR factor of at most 48
- * rows an element.
+ * strains after Simo, Rifai 1990 (doi:10.1002/nme.1620290802), and those of the volume after Simo,
+ * Armero, Taylor 1993 (Comput. Methods Appl. Mech. Eng. 110, 359-386). Cost: one QR factor of at
+ * most 48 rows an element.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include "precompute/fem/solid_elements.h"
@@ -17,8 +18,9 @@
 #define PRODUCTS THRUM_SOLID_PRODUCTS_MAX
 enum {
   STRAINS = 6, /* 11, 22, 33, 23, 13, 12 */
+  VOLUME = STRAINS,
   ROW_POINTS = 8,
-  ENHANCED_MAX = 9,
+  ENHANCED_MAX = 12,
   COLUMNS_MAX = ENHANCED_MAX + PRODUCTS
 };
 
@@ -150,7 +152,8 @@ static void covariant(const solid_rows *r, const double x[3], int strain, double
   add_strain(r, x, thrum_solid_strain_axes[strain][0], thrum_solid_strain_axes[strain][1], 1, row);
 }
 
-/* An enhanced strain: which one, times powers of the natural coordinates. */
+/* An enhanced strain: which one, or VOLUME, the three Cartesian normal ones alike, times powers of
+ * the natural coordinates. */
 typedef struct enhanced {
   int strain, powers[3];
 } enhanced;
@@ -158,9 +161,10 @@ typedef struct enhanced {
 static const enhanced shell8_enhanced[] = {{0, {1, 0, 0}}, {1, {0, 1, 0}}, {5, {1, 0, 0}},
                                            {5, {0, 1, 0}}, {2, {0, 0, 1}}, {2, {1, 0, 1}},
                                            {2, {0, 1, 1}}};
-static const enhanced hexahedron_enhanced[] = {{0, {1, 0, 0}}, {1, {0, 1, 0}}, {2, {0, 0, 1}},
-                                               {5, {1, 0, 0}}, {5, {0, 1, 0}}, {4, {1, 0, 0}},
-                                               {4, {0, 0, 1}}, {3, {0, 1, 0}}, {3, {0, 0, 1}}};
+static const enhanced hexahedron_enhanced[] = {
+    {0, {1, 0, 0}}, {1, {0, 1, 0}},      {2, {0, 0, 1}},      {5, {1, 0, 0}},
+    {5, {0, 1, 0}}, {4, {1, 0, 0}},      {4, {0, 0, 1}},      {3, {0, 1, 0}},
+    {3, {0, 0, 1}}, {VOLUME, {1, 1, 0}}, {VOLUME, {0, 1, 1}}, {VOLUME, {1, 0, 1}}};
 static const enhanced shell6_enhanced[] = {{2, {0, 0, 1}}};
 static const enhanced wedge_enhanced[] = {{2, {0, 0, 1}}, {3, {0, 0, 1}}, {4, {0, 0, 1}}};
 
@@ -169,7 +173,7 @@ static const struct {
   int count;
 } enhanced_of[THRUM_FORMS] = {
     [THRUM_FORM_WEDGE6] = {wedge_enhanced, 3},
-    [THRUM_FORM_HEX8] = {hexahedron_enhanced, 9},
+    [THRUM_FORM_HEX8] = {hexahedron_enhanced, 12},
     [THRUM_FORM_SHELL6] = {shell6_enhanced, 1},
     [THRUM_FORM_SHELL8] = {shell8_enhanced, 7},
 };
@@ -226,8 +230,13 @@ static void fill_point(solid_rows *r, const double place[3], double weight, doub
     double value = 1;
     for (int d = 0; d < 3; d++)
       value *= list[e].powers[d] ? place[d] : 1;
-    for (int i = 0; i < STRAINS; i++)
-      matrix[e * height + first + i] = value * weighted[i][list[e].strain];
+    for (int i = 0; i < STRAINS; i++) {
+      const double *root = r->root[i];
+      matrix[e * height + first + i] =
+          value * (list[e].strain == VOLUME
+                       ? sqrt(weight) * centre_share * (root[0] + root[1] + root[2])
+                       : weighted[i][list[e].strain]);
+    }
   }
 }
 

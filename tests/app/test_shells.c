@@ -1,5 +1,6 @@
-/* Published problems of thin shells by one solid-shell over the thickness, within bounds that
- * elements which lock miss by far: validation/shells.py has more of them, on finer meshes.
+/* Published problems of thin shells by one solid-shell over the thickness, and a block near
+ * incompressibility, within bounds that elements which lock miss by far: validation/shells.py has
+ * more of the shells, on finer meshes.
  * SPDX-License-Identifier: Apache-2.0 */
 #include <math.h>
 #include <setjmp.h>
@@ -83,9 +84,24 @@ static void a_roof_of_a_surface_sags_as_far_as_published(void **state) {
   assert_share(1000 * mean[2], -0.3024, 0.02);
 }
 
+/* A beam of hexahedra near incompressibility bends as one at 0.45 does; with volumetric locking it
+ * would move by a sixth less. */
+static void hexahedra_do_not_lock_near_incompressibility(void **state) {
+  (void)state;
+  static const char *const ratios[] = {"0.45", "0.4999"};
+  double mean[2][3];
+  for (int n = 0; n < 2; n++)
+    shown(thrum_run(folder, "static", "beam:8x2x2@1x0.2x0.2,hex", "--full", "--fix", "left",
+                    "--young", "1e6", "--poisson", ratios[n], "--density", "1000", "--load",
+                    "gravity:0,0,-0.1", "--at", "right", "--monitor", "off", "--json", NULL),
+          mean[n]);
+  assert_share(mean[1][2], mean[0][2], 0.05);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(strips_bend_as_far_as_published),
+      cmocka_unit_test(hexahedra_do_not_lock_near_incompressibility),
       cmocka_unit_test(a_roof_of_a_surface_sags_as_far_as_published),
   };
   return cmocka_run_group_tests(tests, make_folder, remove_folder);
