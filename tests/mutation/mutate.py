@@ -262,10 +262,10 @@ def order(bench, seconds, path, units):
     stem = os.path.splitext(os.path.basename(path))[0]
     def rank(name):
         same_word, same_folder = stem.split("_")[0] in name, bench.where[name] == folder
-        # a test of a second is soon run whatever it is about
-        near = 0 if stem in name or (path, name) in bench.noticed and seconds[name] < 2 \
-            else 1 if (same_word or same_folder) and seconds[name] < 2 \
-            else 2 if seconds[name] < 1 else 3 if same_word or same_folder else 4
+        # a test of a tenth of a second is soon run whatever it is about
+        near = 0 if (stem in name or (path, name) in bench.noticed) and seconds[name] < 2 \
+            else 1 if seconds[name] < 0.2 else 2 if (same_word or same_folder) and seconds[name] < 2 \
+            else 3 if seconds[name] < 1 else 4 if same_word or same_folder or stem in name else 5
         return (near, (seconds[name] + 0.1) / (1 + bench.noticed.get((path, name), 0)))
     objects = [bench.unchanged(unit) for unit in units]
     return sorted((name for name in seconds if bench.concerns(name, objects)), key=rank)

@@ -745,6 +745,28 @@ static void a_scene_tells_what_was_set(void **context) {
   assert_int_equal(thrum_scene_probe_body(f->scene, 1), -1);
 }
 
+/* One worker is the caller's thread. */
+static void count_runs(void *context, int32_t count,
+                       void (*task)(void *of, int32_t n, int32_t worker), void *of) {
+  ++*(int *)context;
+  for (int32_t n = 0; n < count; n++)
+    task(of, n, 0);
+}
+
+static void one_worker_is_the_caller(void **context) {
+  fixture *f = *context;
+  const thrum_scene_body_def def = def_of(f, THRUM_INTEGRATOR_IMEXV);
+  int runs = 0;
+  add(f, &def);
+  add(f, &def);
+  MUST(thrum_scene_set_workers(f->scene, 1, count_runs, &runs, &failure));
+  steps(f->scene, 1);
+  assert_int_equal(runs, 0);
+  MUST(thrum_scene_set_workers(f->scene, 2, count_runs, &runs, &failure));
+  steps(f->scene, 1);
+  assert_true(runs > 0);
+}
+
 /* A base whose acceleration is a sin(w t) stands at -a sin(w t) / w^2. */
 static void the_ground_is_where_the_base_motions_put_it(void **context) {
   fixture *f = *context;
@@ -830,6 +852,7 @@ int main(void) {
       TEST(a_surface_of_another_model_is_refused),
       TEST(bad_defs_are_refused),
       TEST(a_scene_tells_what_was_set),
+      TEST(one_worker_is_the_caller),
       TEST(the_ground_is_where_the_base_motions_put_it),
       TEST(a_ground_that_goes_nowhere_is_refused),
   };

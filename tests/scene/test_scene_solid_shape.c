@@ -230,25 +230,6 @@ static void arrays_are_read_to_their_ends(void **state) {
   thrum_scene_destroy(scene);
 }
 
-/* One worker is the caller's thread. */
-static void count_runs(void *context, int32_t count,
-                       void (*task)(void *of, int32_t n, int32_t worker), void *of) {
-  ++*(int *)context;
-  for (int32_t n = 0; n < count; n++)
-    task(of, n, 0);
-}
-
-static void one_worker_is_the_caller(void **state) {
-  (void)state;
-  int runs = 0;
-  thrum_scene *scene = NULL;
-  MUST(thrum_scene_create(0.01, &scene, &failure));
-  MUST(thrum_scene_set_workers(scene, 1, count_runs, &runs, &failure));
-  MUST(thrum_scene_step(scene, &failure));
-  assert_int_equal(runs, 0);
-  thrum_scene_destroy(scene);
-}
-
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_box_has_its_sides),
@@ -257,7 +238,6 @@ int main(void) {
       cmocka_unit_test(a_plane_of_heights_is_a_plane),
       cmocka_unit_test(shapes_that_are_none_are_refused),
       cmocka_unit_test(arrays_are_read_to_their_ends),
-      cmocka_unit_test(one_worker_is_the_caller),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }
