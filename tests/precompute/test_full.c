@@ -858,9 +858,44 @@ static void impossible_definitions_and_loads_are_refused(void **state) {
   body_free(&b);
 }
 
+/* A body that flies without deforming loses speed to alpha alone: each scheme of order 2 multiplies
+ * it by (1 - alpha h/2) / (1 + alpha h/2) in a step, Newmark's with its usual numbers as well. */
+static void a_flying_body_is_slowed_by_alpha(void **state) {
+  (void)state;
+  static const thrum_full_scheme schemes[] = {THRUM_FULL_NEWMARK, THRUM_FULL_ENERGY,
+                                              THRUM_FULL_MIDPOINT, THRUM_FULL_CENTRAL};
+  body b;
+  body_make(&b, "beam:2x1x1@1x0.5x0.5", false);
+  const int64_t all = 3 * b.mesh.vertex_count;
+  double *v = calloc(2 * (size_t)all, sizeof *v);
+  assert_non_null(v);
+  for (size_t n = 0; n < sizeof schemes / sizeof *schemes; n++) {
+    thrum_full_def def = thrum_default_full_def();
+    def.scheme = schemes[n];
+    def.dt = 1e-3;
+    def.damping_alpha = 200;
+    thrum_full *full = full_make(&b.model, NULL, &def);
+    for (int64_t c = 0; c < all; c++)
+      v[c] = 1 + (double)(c % 3);
+    thrum_error error;
+    assert_int_equal(thrum_full_set(full, NULL, v, &error), THRUM_OK);
+    for (int k = 0; k < 10; k++)
+      if (thrum_full_step(full, &error) < 0)
+        fail_msg("%s", error.message);
+    thrum_full_get(full, NULL, v + all);
+    const double left = pow((1 - 0.1) / (1 + 0.1), 10);
+    for (int64_t c = 0; c < all; c++)
+      assert_true(fabs(v[all + c] - left * v[c]) <= 1e-8);
+    thrum_full_free(full);
+  }
+  free(v);
+  body_free(&b);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_uniform_deformation_is_met_exactly),
+      cmocka_unit_test(a_flying_body_is_slowed_by_alpha),
       cmocka_unit_test(a_tumbling_body_keeps_energy_and_both_momenta),
       cmocka_unit_test(a_corotational_bar_pressed_flat_is_as_wide_as_its_law_says),
       cmocka_unit_test(regions_in_series_are_stretched_as_their_laws_say),

@@ -255,6 +255,21 @@ static void the_products_are_the_derivative_of_the_loads(void **state) {
   beam_free(&b);
 }
 
+static void a_turn_by_nothing_leaves_the_body_at_rest(void **state) {
+  (void)state;
+  beam b;
+  beam_make(&b, "beam:2x1x1@1x0.4x0.3");
+  thrum_full *full = full_make(&b, b.held);
+  double *moves = calloc(3 * (size_t)b.mesh.vertex_count, sizeof *moves);
+  assert_non_null(moves);
+  const thrum_full_turn turn = {.vertices = b.tip, .count = b.tip_count};
+  const thrum_full_loading loading = {.moves = moves, .turns = &turn, .turn_count = 1};
+  assert_true(rest(full, &loading).energy == 0);
+  free(moves);
+  thrum_full_free(full);
+  beam_free(&b);
+}
+
 static void vertices_on_a_line_tell_no_rotation(void **state) {
   (void)state;
   beam b;
@@ -276,6 +291,7 @@ int main(void) {
       cmocka_unit_test(a_turned_face_rolls_a_cantilever_up),
       cmocka_unit_test(a_force_that_turns_with_the_tip_follows_the_elastica),
       cmocka_unit_test(the_products_are_the_derivative_of_the_loads),
+      cmocka_unit_test(a_turn_by_nothing_leaves_the_body_at_rest),
       cmocka_unit_test(vertices_on_a_line_tell_no_rotation),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
