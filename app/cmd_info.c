@@ -136,6 +136,11 @@ const config_command command_info = {
                 "info shown.npz",
 };
 
+/* Kinds of actuators, and what they measure at rest. */
+static const struct {
+  const char *kind, *unit;
+} actuator_words[] = {{"pressure", "m^3"}, {"strain", ""}, {"tendon", "m"}, {"gas", "m^3"}};
+
 static double meta_number(const info *about, const char *object, const char *key) {
   const cJSON *item = model_meta_find(about->meta, object, key);
   return cJSON_IsNumber(item) ? item->valuedouble : NAN;
@@ -342,6 +347,17 @@ static cJSON *make_report(const info *about) {
   if (cJSON_IsArray(handles))
     cJSON_AddItemToObject(object, "handles", cJSON_Duplicate(handles, true));
 
+  const thrum_model *model = about->model;
+  cJSON *actuators =
+      thrum_model_actuators(model) > 0 ? cJSON_AddArrayToObject(object, "actuators") : NULL;
+  for (int64_t k = 0; k < thrum_model_actuators(model); k++) {
+    cJSON *actuator = json_add_row(actuators);
+    json_string(actuator, "actuator", thrum_model_actuator_text(model, k));
+    json_string(actuator, "kind", actuator_words[model->actuator_kind[k]].kind);
+    json_number(actuator, "at_rest", model->actuator_rest[3 * k]);
+    json_number(actuator, "static_share", model->actuator_rest[3 * k + 2]);
+  }
+
   cJSON *loads = about->load_count > 0 ? cJSON_AddArrayToObject(object, "loads") : NULL;
   for (int n = 0; n < about->load_count; n++) {
     cJSON *load = json_add_row(loads);
@@ -394,6 +410,18 @@ static void print_frequency(const char *label, double hertz, int64_t n, int64_t 
   printf("%-11.5g", hertz);
   if (n % FREQUENCIES_A_LINE == FREQUENCIES_A_LINE - 1 || n == count - 1)
     puts("Hz");
+}
+
+static void print_actuators(const info *about) {
+  const thrum_model *model = about->model;
+  for (int64_t k = 0; k < thrum_model_actuators(model); k++) {
+    const int32_t kind = model->actuator_kind[k];
+    const double *rest = model->actuator_rest + 3 * k;
+    print_line(k == 0 ? "actuators" : "", "%.60s", thrum_model_actuator_text(model, k));
+    if (kind != THRUM_ACTUATOR_STRAIN)
+      printf(", %.6g %s at rest", rest[0], actuator_words[kind].unit);
+    printf("; the basis holds %.4g %% of its static answer\n", 100 * rest[2]);
+  }
 }
 
 static void print_linear_frequencies(const info *about) {
@@ -610,6 +638,7 @@ static void print_table(const info *about, cJSON *report) {
   for (int64_t n = 0; n < model->rank; n++)
     print_frequency("basis", about->hertz[n], n, model->rank);
   model_coordinates_print(about->meta, about->hertz, model->rank);
+  print_actuators(about);
   report_print(report, more, REPORT_LABEL_WIDE, split);
   if (about->steps_named)
     print_stepped(about);

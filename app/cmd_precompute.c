@@ -75,6 +75,7 @@ int cmd_precompute_shared(int argc, char **argv, const thrum_precompute_shared *
   request.fixes =
       thrum_scope_allocate(&scope, room + MODEL_RECIPE_FIXES_MAX, sizeof *request.fixes);
   request.springs = thrum_scope_allocate(&scope, room, sizeof *request.springs);
+  request.actuators = thrum_scope_allocate(&scope, room, sizeof *request.actuators);
   request.handles = thrum_scope_allocate(&scope, room, sizeof *request.handles);
   request.train = thrum_scope_allocate(&scope, room, sizeof *request.train);
   request.tests = thrum_scope_allocate(&scope, room, sizeof *request.tests);

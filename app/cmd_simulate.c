@@ -14,12 +14,13 @@ int cmd_simulate_shared(int argc, char **argv, const thrum_full_shared *shared,
   const int64_t most = argc + CONFIG_FILE_ITEMS_MAX;
   thrum_error error = {0};
   thrum_scope scope = thrum_scope_begin("the options", &error);
-  simulate_request request = {.loads = thrum_scope_allocate(&scope, most, sizeof *request.loads),
-                              .starts = thrum_scope_allocate(&scope, most, sizeof *request.starts),
-                              .probes = thrum_scope_allocate(&scope, most, sizeof *request.probes),
-                              .base_motions =
-                                  thrum_scope_allocate(&scope, most, sizeof *request.base_motions),
-                              .shared = shared};
+  simulate_request request = {
+      .loads = thrum_scope_allocate(&scope, most, sizeof *request.loads),
+      .actuates = thrum_scope_allocate(&scope, most, sizeof *request.actuates),
+      .starts = thrum_scope_allocate(&scope, most, sizeof *request.starts),
+      .probes = thrum_scope_allocate(&scope, most, sizeof *request.probes),
+      .base_motions = thrum_scope_allocate(&scope, most, sizeof *request.base_motions),
+      .shared = shared};
   int code = scope.status < 0 ? config_refuse(&error) : simulate_options_read(argc, argv, &request);
   if (code == COMMAND_DONE && shared != NULL && !request.full)
     code = mpi_program_wants_full("simulate");

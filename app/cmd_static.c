@@ -134,6 +134,8 @@ static thrum_status find(static_answer *answer, double *q, double *mode, thrum_e
                                   .said = request->model_path,
                                   .loads = request->loads,
                                   .count = request->load_count,
+                                  .actuates = request->actuates,
+                                  .actuate_count = request->actuate_count,
                                   .from = request->from != NULL,
                                   .progress = {request->path != NULL ? put_point : NULL, &path},
                                   .def = request->def};
@@ -284,6 +286,7 @@ int cmd_static_shared(int argc, char **argv, const thrum_full_shared *shared,
   thrum_error error = {0};
   thrum_scope scope = thrum_scope_begin("the options", &error);
   const int64_t room = argc + CONFIG_FILE_ITEMS_MAX;
+  request.actuates = thrum_scope_allocate(&scope, room, sizeof *request.actuates);
   request.loads = thrum_scope_allocate(&scope, room, sizeof *request.loads);
   request.targets = thrum_scope_allocate(&scope, room, sizeof *request.targets);
   request.at = thrum_scope_allocate(&scope, room, sizeof *request.at);

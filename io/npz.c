@@ -74,7 +74,7 @@ int thrum_npz_of_model(const thrum_model *model, thrum_npz_array arrays[THRUM_NP
 #undef X
 
   const int64_t basis_rows = 3 * vertex_count, point_rows = 9 * point_count;
-  const int64_t modulus_rows = 2 * region_count;
+  const int64_t modulus_rows = 2 * region_count, guide_axes = 3 * guide_count;
   (void)meta_bytes;
 
   // the list names each array with its shape in terms of the sizes above

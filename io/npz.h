@@ -34,7 +34,7 @@ typedef struct thrum_npz_array {
 #define THRUM_NPZ_DESCR_i4 "<i4"
 #define THRUM_NPZ_DESCR_u1 "|u1"
 
-#define THRUM_NPZ_ARRAYS_MAX 40 /* in one file */
+#define THRUM_NPZ_ARRAYS_MAX 48 /* in one file */
 
 /* Writes at most THRUM_NPZ_ARRAYS_MAX arrays as docs/model_format.md says; 4 GiB or more is refused
  * before anything is written. */

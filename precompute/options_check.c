@@ -16,8 +16,12 @@
 #define FILE_MOST 4294967295.0 /* bytes of a model file */
 #define COUNT_MAX 30000        /* free components up to which modes are counted unasked */
 
+int64_t thrum_options_responses(const thrum_precompute_options *options) {
+  return 3 * options->handle_count + options->actuator_count;
+}
+
 int64_t thrum_options_shapes(const thrum_precompute_options *options) {
-  return options->modes + 3 * options->handle_count;
+  return options->modes + thrum_options_responses(options);
 }
 
 int64_t thrum_options_squared(const thrum_precompute_options *options) {
@@ -58,7 +62,7 @@ int64_t thrum_options_usual_rank(int64_t modes) {
 }
 
 static int64_t default_rank(const thrum_precompute_options *options) {
-  return thrum_options_usual_rank(options->modes) + 6 * options->handle_count;
+  return thrum_options_usual_rank(options->modes) + 2 * thrum_options_responses(options);
 }
 
 thrum_precompute_options thrum_options_complete(const thrum_precompute_options *options) {
@@ -91,12 +95,12 @@ static thrum_status check_counts(const thrum_precompute_options *options, thrum_
                            THRUM_RANK_MAX);
 
   // the candidates are k modes and k (k + 1) / 2 derivatives, beside responses and what is trained
-  const int64_t beside = options->trained_count + 6 * options->handle_count;
+  const int64_t beside = options->trained_count + 2 * thrum_options_responses(options);
   if (r - beside > k * (k + 3) / 2)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "rank %lld is more than %lld modes and their derivatives give (%lld); "
                            "lower --rank or raise --modes",
-                           (long long)(r - 6 * options->handle_count), (long long)k,
+                           (long long)(r - 2 * thrum_options_responses(options)), (long long)k,
                            (long long)(k * (k + 3) / 2));
 
   return THRUM_OK;
@@ -122,6 +126,18 @@ thrum_status thrum_options_check(const thrum_precompute_options *options, thrum_
                            "the order of quadrature is %d; it must lie between %d and %d",
                            options->quadrature_order, THRUM_QUADRATURE_ORDER_MIN,
                            THRUM_QUADRATURE_ORDER_MAX);
+
+  // actuators are those of a whole polynomial, on modes of the body
+  if (options->actuator_count < 0 || options->actuator_count > THRUM_ACTUATORS_MAX)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "there are %lld actuators; 0 to %d may be",
+                           (long long)options->actuator_count, THRUM_ACTUATORS_MAX);
+  if (options->actuator_count > 0 &&
+      (options->cubature || options->condensed || options->imported || options->parameters ||
+       options->trained_count > 0 || options->shared))
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "actuators go without cubature, condensing, an imported basis, "
+                           "parameters, trained shapes and several processes");
 
   // points in place of the polynomial
   if (options->cubature && !has_cubature_bounds(options))

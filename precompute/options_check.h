@@ -8,6 +8,9 @@
 #include "precompute/fem/fem.h"
 #include "precompute/options/precompute_options.h"
 
+/* Static responses: three of each handle, one of each actuator. */
+int64_t thrum_options_responses(const thrum_precompute_options *options);
+
 /* k modes and the three responses of each handle, which a rank should have room for. */
 int64_t thrum_options_shapes(const thrum_precompute_options *options);
 

@@ -11,6 +11,7 @@
 #include "platform/allocate.h"
 #include "platform/clock.h"
 #include "platform/threads.h"
+#include "precompute/basis/actuator_shapes.h"
 #include "precompute/basis/basis.h"
 #include "precompute/basis/cubic_error.h"
 #include "precompute/basis/eigen.h"
@@ -25,6 +26,7 @@
 #include "precompute/model/model_fill.h"
 #include "precompute/model/single_precision.h"
 #include "precompute/options_check.h"
+#include "precompute/polynomial/actuator_reduce.h"
 #include "precompute/polynomial/cubature_motion.h"
 #include "precompute/polynomial/polynomial_reduce.h"
 #include "precompute/polynomial/region_shares.h"
@@ -46,6 +48,8 @@ typedef struct pipeline {
   double *change;             /* S of an imported basis, rank x rank */
   double *shapes;             /* of parameters, shape_count fields of 3 vertex_count */
   int64_t shape_count;
+  double *compliance; /* of the actuators' forces at rest, and behind them the lengths of their
+                         answers, 2 actuator_count */
   thrum_precomputed result;
 } pipeline;
 
@@ -60,6 +64,8 @@ static void pipeline_free(pipeline *p) {
   free(p->rigid);
   free(p->change);
   free(p->shapes);
+  free(p->compliance);
+  p->compliance = NULL;
   p->change = p->rigid = p->shapes = NULL;
 }
 
@@ -364,12 +370,22 @@ static thrum_status run_derivatives(pipeline *p, const thrum_reporter *reporter,
                                     thrum_error *error) {
   const int64_t k = p->options.modes, n = p->fem.free_count,
                 shapes = thrum_options_shapes(&p->options);
+  const int64_t actuators = p->options.actuator_count, acting = shapes - actuators;
   thrum_status status = thrum_handle_responses(
       &p->fem, &p->mass, p->factor, p->options.handle_count, p->options.handles,
       p->candidates + k * n, p->result.mode_omega2 + k, error);
+  THRUM_THEN(status, thrum_reserve(&p->compliance, 2 * actuators, sizeof *p->compliance,
+                                   "the actuators", error));
+  THRUM_THEN(status,
+             thrum_actuator_responses(&p->fem, &p->mass, p->factor, actuators, p->options.actuators,
+                                      p->candidates + acting * n, p->result.mode_omega2 + acting,
+                                      p->compliance + actuators, p->compliance, error));
 
   THRUM_THEN(status, thrum_derivatives(&p->fem, p->factor, shapes, p->candidates,
                                        p->candidates + shapes * n, reporter, error));
+  THRUM_THEN(status, thrum_actuator_derivatives(&p->fem, p->factor, actuators, p->options.actuators,
+                                                p->compliance + actuators, shapes, p->candidates,
+                                                p->candidates + shapes * n, error));
   if (shapes > k)
     THRUM_THEN(status, part_candidates(p, error));
   THRUM_THEN(status, find_parameter_shapes(p, error));
@@ -403,7 +419,7 @@ static thrum_status make_basis(pipeline *p, const thrum_reporter *reporter, thru
         .candidates = p->candidates,
         .omega2 = p->result.mode_omega2,
         .shares = p->options.shares,
-        .response_count = 3 * p->options.handle_count,
+        .response_count = thrum_options_responses(&p->options),
         .responses = p->candidates + (k + k * (k + 1) / 2) * p->fem.free_count,
         .trained_count = p->shapes ? p->shape_count : p->options.trained_count,
         .trained = p->shapes ? p->shapes : p->options.trained};
@@ -515,6 +531,13 @@ static thrum_status make_shares(pipeline *p, thrum_error *error) {
   return thrum_region_shares(&p->fem, p->options.mass, model, energy, mass, error);
 }
 
+static thrum_status make_actuators(pipeline *p, thrum_error *error) {
+  thrum_model *model = &p->result.model;
+  ((int32_t *)thrum_model_writable(model->format))[1] += THRUM_MODEL_FORMAT_MINOR_ACTUATORS;
+  return thrum_actuators_reduce(&p->fem, p->options.actuator_count, p->options.actuators,
+                                p->compliance, model, error);
+}
+
 static thrum_status run_polynomial(pipeline *p, const thrum_reporter *reporter,
                                    thrum_error *error) {
   const int64_t r = p->options.rank;
@@ -541,6 +564,8 @@ static thrum_status run_polynomial(pipeline *p, const thrum_reporter *reporter,
     return make_points(p, reporter, error);
   if (status >= 0 && p->options.parameters)
     status = make_shares(p, error);
+  if (status >= 0 && p->options.actuator_count > 0)
+    status = make_actuators(p, error);
   if (status >= 0 && p->options.imported && p->options.imported->linear)
     status = thrum_imported_check(&p->fem, model, &p->result.imported, error);
   if (status >= 0 && p->options.single)

@@ -38,6 +38,13 @@ uint64_t thrum_model_identity(const thrum_model *model) {
     hash = thrum_mix_numbers(hash, model->c4, model->c4_count);
   }
 
+  // a state keeps numbers of each actuator
+  if (model->actuator_kind) {
+    hash = thrum_mix_numbers(hash, model->actuator_rest, 3 * model->actuator_count);
+    hash = thrum_mix_numbers(hash, model->actuator_linear, model->actuator_count * model->rank);
+    hash = thrum_mix_numbers(hash, model->guide_places, 3 * model->guide_count);
+  }
+
   // what follows has inertia of its own
   if (model->shape && model->follow) {
     hash = thrum_mix_number(hash, (uint64_t)model->shape->rank);

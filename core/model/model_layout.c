@@ -20,12 +20,12 @@ const thrum_array_info thrum_array_table[THRUM_ARRAY_COUNT] = {
 #undef X
 };
 
-const char *const thrum_size_names[THRUM_SIZE_modulus_rows + 1] = {
+const char *const thrum_size_names[THRUM_SIZE_guide_axes + 1] = {
 #define X(name, meaning) #name,
     THRUM_MODEL_SIZES(X)
 #undef X
         "basis_rows",
-    "point_rows", "modulus_rows"};
+    "point_rows", "modulus_rows", "guide_axes"};
 
 // rows of the basis come in threes, and a gradient has nine; then the literals
 #define AFTER(name) [THRUM_SIZE_##name - THRUM_SIZE_COUNT]
@@ -33,6 +33,7 @@ static const thrum_derived_size derived_sizes[] = {
     AFTER(basis_rows) = {3, THRUM_SIZE_vertex_count},
     AFTER(point_rows) = {9, THRUM_SIZE_point_count},
     AFTER(modulus_rows) = {2, THRUM_SIZE_region_count},
+    AFTER(guide_axes) = {3, THRUM_SIZE_guide_count},
     AFTER(1) = {1, -1},
     AFTER(2) = {2, -1},
     AFTER(3) = {3, -1},
@@ -41,7 +42,7 @@ static const thrum_derived_size derived_sizes[] = {
 #undef AFTER
 
 const thrum_array_list thrum_model_list = {thrum_array_table, THRUM_ARRAY_COUNT,
-                                           THRUM_SIZE_COUNT,  THRUM_SIZE_modulus_rows + 1,
+                                           THRUM_SIZE_COUNT,  THRUM_SIZE_guide_axes + 1,
                                            thrum_size_names,  derived_sizes};
 
 size_t thrum_layout_bytes(const thrum_layout *layout, int array) {
@@ -78,6 +79,7 @@ void thrum_layout_to_model(const thrum_layout *layout, thrum_model *model) {
   model->follow = model->follow_by_pair = NULL;
   model->follow_scale = 0.0;
   model->point_plastic = NULL;
+  model->levels = NULL;
   model->inertia = NULL;
   model->damping = NULL;
   model->unit_energy = 0.0;

@@ -21,6 +21,7 @@ enum thrum_size_id {
   THRUM_SIZE_basis_rows = THRUM_SIZE_COUNT, /* 3 vertex_count */
   THRUM_SIZE_point_rows,                    /* 9 point_count */
   THRUM_SIZE_modulus_rows,                  /* 2 region_count */
+  THRUM_SIZE_guide_axes,                    /* 3 guide_count */
   THRUM_SIZE_1,
   THRUM_SIZE_2,
   THRUM_SIZE_3,
@@ -36,7 +37,7 @@ enum thrum_array_id {
 };
 
 /* Names of the sizes, basis_rows and what follows it included; constant. */
-extern const char *const thrum_size_names[THRUM_SIZE_modulus_rows + 1];
+extern const char *const thrum_size_names[THRUM_SIZE_guide_axes + 1];
 
 /* One entry an array, in file order; constant. */
 extern const thrum_array_info thrum_array_table[THRUM_ARRAY_COUNT];

@@ -112,6 +112,30 @@ static thrum_status check_parameters(const thrum_layout *layout, thrum_error *er
   return THRUM_OK;
 }
 
+// the actuators, the volumes of some and the guides of others
+static thrum_status check_actuators(const thrum_layout *layout, thrum_error *error) {
+  static const int all[] = {THRUM_ARRAY_actuator_texts, THRUM_ARRAY_actuator_kind,
+                            THRUM_ARRAY_actuator_rest, THRUM_ARRAY_actuator_linear,
+                            THRUM_ARRAY_actuator_quadratic};
+  static const int guides[] = {THRUM_ARRAY_guide_ends, THRUM_ARRAY_guide_places,
+                               THRUM_ARRAY_guide_rows};
+  THRUM_TRY(check_together(layout, all, 5,
+                           "actuator_texts, actuator_kind, actuator_rest, actuator_linear and "
+                           "actuator_quadratic come together",
+                           error));
+  THRUM_TRY(check_together(layout, guides, 3,
+                           "guide_ends, guide_places and guide_rows come together", error));
+  if (!HAS(layout, actuator_kind) && (HAS(layout, actuator_cubic) || HAS(layout, guide_ends)))
+    return thrum_error_set(error, THRUM_MISSING,
+                           "array 'actuator_kind' is missing: '%s' is that of actuators",
+                           HAS(layout, guide_ends) ? "guide_ends" : "actuator_cubic");
+  if (HAS(layout, actuator_kind) && HAS(layout, slave_map))
+    return thrum_error_set(error, THRUM_BAD_SHAPE,
+                           "array 'actuator_kind' does not go with slave_map: actuators act on "
+                           "coordinates that are all stepped");
+  return THRUM_OK;
+}
+
 // the polynomial of all coordinates, the condensed one of the first of them, or points in its place
 static thrum_status check_polynomial(const thrum_layout *layout, thrum_error *error) {
   static const int condensed[] = {THRUM_ARRAY_slave_map, THRUM_ARRAY_condensed_c3,
@@ -192,6 +216,7 @@ thrum_status thrum_layout_check_presence(const thrum_layout *layout, thrum_error
 
   THRUM_TRY(check_polynomial(layout, error));
   THRUM_TRY(check_parameters(layout, error));
+  THRUM_TRY(check_actuators(layout, error));
   THRUM_TRY(check_together(layout, mesh, 5,
                            "vertices, tets, tet_region, material and fixed come together", error));
   THRUM_TRY(check_together(layout, groups, 3,
@@ -291,6 +316,33 @@ static thrum_status check_rank(const thrum_layout *layout, thrum_error *error) {
   return THRUM_OK;
 }
 
+// as many numbers as the rank asks for, and none of what is absent
+static thrum_status check_actuator_sizes(const thrum_layout *layout, thrum_error *error) {
+  const int64_t rank = SIZE(layout, rank), count = SIZE(layout, actuator_count);
+  const int64_t chambers = SIZE(layout, chamber_count), guides = SIZE(layout, guide_count);
+  const bool acts = HAS(layout, actuator_kind), holds = HAS(layout, actuator_cubic);
+  if (acts ? count < 1 || count > THRUM_ACTUATORS_MAX : count != 0)
+    return thrum_error_set(error, THRUM_BAD_SHAPE,
+                           "array 'actuator_kind' %s %" PRId64
+                           " entries; there are 1 to %d actuators, or the array is absent",
+                           acts ? "has" : "is absent, yet has", count, THRUM_ACTUATORS_MAX);
+  if (chambers > count || (chambers > 0) != holds || (guides > 0) != HAS(layout, guide_ends) ||
+      guides > THRUM_ACTUATORS_MAX * THRUM_GUIDES_MAX)
+    return thrum_error_set(error, THRUM_BAD_SHAPE,
+                           "arrays 'actuator_cubic' and 'guide_places' are of %" PRId64
+                           " chambers and %" PRId64 " guides, of %" PRId64 " actuators",
+                           chambers, guides, count);
+  const int64_t square = acts ? rank * rank : 0, cube = holds ? rank * rank * (rank + 1) / 2 : 0;
+  if (SIZE(layout, actuator_square) != square || SIZE(layout, actuator_cube) != cube ||
+      (SIZE(layout, actuator_bytes) != 0) != acts)
+    return thrum_error_set(error, THRUM_BAD_SHAPE,
+                           "arrays 'actuator_quadratic' and 'actuator_cubic' have rows of %" PRId64
+                           " and %" PRId64 " numbers, not %" PRId64 " and %" PRId64,
+                           SIZE(layout, actuator_square), SIZE(layout, actuator_cube), square,
+                           cube);
+  return THRUM_OK;
+}
+
 // what is absent has size 0, what is there has entries; indices are int32
 static thrum_status check_mesh_sizes(const thrum_layout *layout, thrum_error *error) {
   static const int sizes[] = {THRUM_SIZE_vertex_count, THRUM_SIZE_tet_count,
@@ -332,6 +384,8 @@ static thrum_status check_mesh_sizes(const thrum_layout *layout, thrum_error *er
                            "arrays 'region_energy' and 'region_mass' have rows of %" PRId64
                            " and %" PRId64 " numbers, not %" PRId64 " and %" PRId64,
                            SIZE(layout, energy_size), SIZE(layout, mass_size), energy, mass);
+
+  THRUM_TRY(check_actuator_sizes(layout, error));
 
   // with a mesh the regions are those of its materials
   const int64_t laws = SIZE(layout, law_count), regions = SIZE(layout, region_count);
@@ -560,6 +614,122 @@ static thrum_status check_solids(const thrum_layout *layout, thrum_error *error)
   return check_indices(layout, THRUM_ARRAY_solid_nodes, SIZE(layout, vertex_count), error);
 }
 
+// one coefficient for each product of two coordinates, whatever their order
+static thrum_status check_symmetric(int array, int64_t entry, double one, double other,
+                                    thrum_error *error) {
+  if (one == other)
+    return THRUM_OK;
+  return thrum_error_set(error, THRUM_BAD_VALUE,
+                         "array '%s' holds %g (entry %" PRId64 ") and %g for the same product",
+                         thrum_array_table[array].name, one, entry, other);
+}
+
+static thrum_status check_quadratic(const thrum_layout *layout, thrum_error *error) {
+  const unsigned char *data = layout->data[THRUM_ARRAY_actuator_quadratic];
+  const int64_t r = SIZE(layout, rank);
+  for (int64_t n = 0; n < SIZE(layout, actuator_count); n++)
+    for (int64_t i = 0; i < r; i++)
+      for (int64_t j = 0; j < i; j++) {
+        const int64_t at = (n * r + i) * r + j;
+        THRUM_TRY(check_symmetric(THRUM_ARRAY_actuator_quadratic, at, get_f8(data, at),
+                                  get_f8(data, (n * r + j) * r + i), error));
+      }
+  return THRUM_OK;
+}
+
+// the row of q_i q_j, i <= j, among those of a chamber
+static int64_t pair_row(int64_t rank, int64_t i, int64_t j) {
+  return i * rank - i * (i - 1) / 2 + (j - i);
+}
+
+static thrum_status check_cubic(const thrum_layout *layout, thrum_error *error) {
+  const unsigned char *data = layout->data[THRUM_ARRAY_actuator_cubic];
+  const int64_t r = SIZE(layout, rank);
+  for (int64_t n = 0; n < SIZE(layout, chamber_count); n++)
+    for (int64_t i = 0; i < r; i++)
+      for (int64_t j = i; j < r; j++)
+        for (int64_t k = 0; k < j; k++) {
+          // q_i q_j q_k, which is in the force of its highest coordinate j as well
+          const int64_t low = k < i ? k : i, high = k < i ? i : k;
+          const int64_t first = n * SIZE(layout, actuator_cube);
+          const int64_t at = first + pair_row(r, i, j) * r + k;
+          const double here = get_f8(data, at) / (k == i ? 2 : 1);
+          const double there =
+              get_f8(data, first + pair_row(r, low, high) * r + j) / (i == j ? 2 : 1);
+          THRUM_TRY(check_symmetric(THRUM_ARRAY_actuator_cubic, at, here, there, error));
+        }
+  return THRUM_OK;
+}
+
+// kinds that are known, as many volumes as chambers, and guides of tendons alone
+static thrum_status check_actuator_kinds(const thrum_layout *layout, thrum_error *error) {
+  const unsigned char *kinds = layout->data[THRUM_ARRAY_actuator_kind];
+  int64_t chambers = 0, end = 0;
+  for (int64_t n = 0; n < SIZE(layout, actuator_count); n++) {
+    const int32_t kind = get_i4(kinds, n);
+    const int64_t begin = end;
+    end = HAS(layout, guide_ends) ? get_i4(layout->data[THRUM_ARRAY_guide_ends], n) : 0;
+    if (kind < 0 || kind > THRUM_ACTUATOR_GAS)
+      return thrum_error_set(error, THRUM_BAD_VALUE,
+                             "array 'actuator_kind' holds %" PRId32 " (entry %" PRId64
+                             "); 0 to %d are kinds",
+                             kind, n, THRUM_ACTUATOR_GAS);
+    const bool volume = kind == THRUM_ACTUATOR_PRESSURE || kind == THRUM_ACTUATOR_GAS;
+    const int64_t guides = end - begin;
+    chambers += volume;
+    if (kind == THRUM_ACTUATOR_TENDON ? guides < 2 || guides > THRUM_GUIDES_MAX : guides != 0)
+      return thrum_error_set(error, THRUM_BAD_VALUE,
+                             "array 'guide_ends' gives actuator %" PRId64 " %" PRId64
+                             " guides; a tendon has 2 to %d, others none",
+                             n + 1, guides, THRUM_GUIDES_MAX);
+
+    // a gas has a volume, and a pressure outside
+    const unsigned char *rest = layout->data[THRUM_ARRAY_actuator_rest];
+    if (kind == THRUM_ACTUATOR_GAS && !(get_f8(rest, 3 * n) > 0 && get_f8(rest, 3 * n + 1) >= 0))
+      return thrum_error_set(error, THRUM_BAD_VALUE,
+                             "array 'actuator_rest' gives a gas the volume %g and the pressure %g; "
+                             "above 0, and 0 or more are needed",
+                             get_f8(rest, 3 * n), get_f8(rest, 3 * n + 1));
+  }
+  if (chambers != SIZE(layout, chamber_count) || end != SIZE(layout, guide_count))
+    return thrum_error_set(error, THRUM_BAD_VALUE,
+                           "array 'actuator_kind' has %" PRId64 " chambers and %" PRId64
+                           " guides; there are %" PRId64 " and %" PRId64,
+                           chambers, end, SIZE(layout, chamber_count), SIZE(layout, guide_count));
+  return THRUM_OK;
+}
+
+// texts NAME=SPEC, as many as actuators
+static thrum_status check_actuator_texts(const thrum_layout *layout, thrum_error *error) {
+  const unsigned char *text = layout->data[THRUM_ARRAY_actuator_texts];
+  const int64_t bytes = SIZE(layout, actuator_bytes);
+  int64_t count = 0, start = 0, equals = -1;
+  bool good = true;
+  for (int64_t i = 0; i < bytes && good; i++) {
+    if (text[i] == '=' && equals < 0)
+      equals = i;
+    good = text[i] == 0 ? equals > start && equals + 1 < i : text[i] >= 0x20 && text[i] != 0x7F;
+    if (text[i] == 0) {
+      count++;
+      start = i + 1;
+      equals = -1;
+    }
+  }
+  if (good && start == bytes && count == SIZE(layout, actuator_count))
+    return THRUM_OK;
+  return thrum_error_set(error, THRUM_BAD_VALUE,
+                         "array 'actuator_texts' does not hold %" PRId64
+                         " texts NAME=SPEC without control characters, each ended by one 0",
+                         SIZE(layout, actuator_count));
+}
+
+static thrum_status check_actuator_values(const thrum_layout *layout, thrum_error *error) {
+  THRUM_TRY(check_actuator_texts(layout, error));
+  THRUM_TRY(check_actuator_kinds(layout, error));
+  THRUM_TRY(check_quadratic(layout, error));
+  return HAS(layout, actuator_cubic) ? check_cubic(layout, error) : THRUM_OK;
+}
+
 static thrum_status check_mesh(const thrum_layout *layout, thrum_error *error) {
   THRUM_TRY(check_indices(layout, THRUM_ARRAY_tets, SIZE(layout, vertex_count), error));
   THRUM_TRY(check_indices(layout, THRUM_ARRAY_tet_region, SIZE(layout, region_count), error));
@@ -680,5 +850,7 @@ thrum_status thrum_layout_check_values(const thrum_layout *layout, thrum_error *
     status = check_mesh(layout, error);
   if (status == THRUM_OK && HAS(layout, group_ends))
     status = check_groups(layout, error);
+  if (status == THRUM_OK && HAS(layout, actuator_kind))
+    status = check_actuator_values(layout, error);
   return status;
 }

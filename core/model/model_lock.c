@@ -14,12 +14,21 @@
 /* The arrays that a lower rank has anew, in doubles. */
 typedef struct parts {
   size_t omega2, c3, c4, axis_mass, basis, weights, moduli, gradients, packed;
+  size_t rest, linear, quadratic, cubic, places, guides; /* of actuators */
 } parts;
 
 static parts parts_of(const thrum_model *model, int64_t rank) {
   parts p = {.omega2 = (size_t)rank,
              .axis_mass = model->axis_mass ? 3 * (size_t)rank : 0,
              .basis = model->basis ? 3 * (size_t)model->vertex_count * (size_t)rank : 0};
+
+  const size_t actuators = (size_t)model->actuator_count;
+  p.rest = 3 * actuators;
+  p.linear = actuators * p.omega2;
+  p.quadratic = p.linear * p.omega2;
+  p.cubic = (size_t)(model->chamber_count * thrum_pair_count(rank)) * p.omega2;
+  p.places = 3 * (size_t)model->guide_count;
+  p.guides = p.places * p.omega2;
 
   // the same model of fewer columns says how much of it is packed
   thrum_model lower = *model;
@@ -54,7 +63,10 @@ thrum_status thrum_model_lock_size(const thrum_model *model, int64_t rank, size_
           thrum_round_up(p.c3 * sizeof(double)) + thrum_round_up(p.c4 * sizeof(double)) +
           thrum_round_up(p.axis_mass * sizeof(double)) + thrum_round_up(p.basis * sizeof(double)) +
           thrum_round_up(p.weights * sizeof(double)) + thrum_round_up(p.moduli * sizeof(double)) +
-          thrum_round_up(p.gradients * sizeof(double)) + p.packed * sizeof(double);
+          thrum_round_up(p.gradients * sizeof(double)) + thrum_round_up(p.rest * sizeof(double)) +
+          thrum_round_up(p.linear * sizeof(double)) + thrum_round_up(p.quadratic * sizeof(double)) +
+          thrum_round_up(p.cubic * sizeof(double)) + thrum_round_up(p.places * sizeof(double)) +
+          thrum_round_up(p.guides * sizeof(double)) + p.packed * sizeof(double);
   return THRUM_OK;
 }
 
@@ -90,6 +102,43 @@ static void copy_columns(int64_t rows, int64_t columns, int64_t rank, const doub
     memcpy(to + n * rank, from + n * columns, (size_t)rank * sizeof *to);
 }
 
+/* The actuators of a lower rank, behind `at`, which moves on. */
+static void lock_actuators(unsigned char **at, const thrum_model *model, const parts *p,
+                           int64_t rank, thrum_model *lower) {
+  double *rest = thrum_cut_doubles(at, p->rest), *linear = thrum_cut_doubles(at, p->linear);
+  double *quadratic = thrum_cut_doubles(at, p->quadratic), *cubic = thrum_cut_doubles(at, p->cubic);
+  double *places = thrum_cut_doubles(at, p->places), *guides = thrum_cut_doubles(at, p->guides);
+  const int64_t count = model->actuator_count, r = model->rank;
+  if (count == 0)
+    return;
+  memcpy(rest, model->actuator_rest, p->rest * sizeof *rest);
+  copy_columns(count, r, rank, model->actuator_linear, linear);
+  for (int64_t n = 0; n < count; n++)
+    copy_columns(rank, r, rank, model->actuator_quadratic + n * r * r, quadratic + n * rank * rank);
+
+  // of the products q_i q_j those of the first coordinates
+  double *to = cubic;
+  for (int64_t n = 0; n < model->chamber_count; n++)
+    for (int64_t i = 0; i < rank; i++) {
+      const int64_t before = thrum_pair_count(r) - thrum_pair_count(r - i);
+      copy_columns(rank - i, r, rank, model->actuator_cubic + n * model->actuator_cube + before * r,
+                   to);
+      to += (rank - i) * rank;
+    }
+  if (model->guide_count > 0)
+    memcpy(places, model->guide_places, p->places * sizeof *places);
+  copy_columns(3 * model->guide_count, r, rank, model->guide_rows, guides);
+
+  lower->actuator_rest = rest;
+  lower->actuator_linear = linear;
+  lower->actuator_quadratic = quadratic;
+  lower->actuator_square = rank * rank;
+  lower->actuator_cubic = model->chamber_count > 0 ? cubic : NULL;
+  lower->actuator_cube = model->chamber_count > 0 ? thrum_pair_count(rank) * rank : 0;
+  lower->guide_places = model->guide_count > 0 ? places : NULL;
+  lower->guide_rows = model->guide_count > 0 ? guides : NULL;
+}
+
 thrum_status thrum_model_lock(void *memory, size_t memory_size, const thrum_model *model,
                               int64_t rank, const thrum_model **locked, thrum_error *error) {
   // the memory is checked before it is touched
@@ -108,6 +157,7 @@ thrum_status thrum_model_lock(void *memory, size_t memory_size, const thrum_mode
   double *axis_mass = thrum_cut_doubles(&at, p.axis_mass), *basis = thrum_cut_doubles(&at, p.basis);
   double *weights = thrum_cut_doubles(&at, p.weights), *moduli = thrum_cut_doubles(&at, p.moduli);
   double *gradients = thrum_cut_doubles(&at, p.gradients);
+  lock_actuators(&at, model, &p, rank, &lower);
 
   // the coefficients of the first coordinates, and their columns of the basis
   memcpy(omega2, model->omega2, p.omega2 * sizeof *omega2);
@@ -137,6 +187,7 @@ thrum_status thrum_model_lock(void *memory, size_t memory_size, const thrum_mode
   lower.point_gradients = p.gradients > 0 ? gradients : NULL;
   lower.axis_mass = model->axis_mass ? axis_mass : NULL;
   lower.basis = model->basis ? basis : NULL;
+  lower.levels = NULL;
   lower.inertia = NULL;
   lower.damping = NULL;
   lower.region_energy = lower.region_mass = NULL;

@@ -130,6 +130,49 @@ static bool scale_points(void *memory, const thrum_model *model, const factors *
                   f->gradient, within(memory, scaled->point_gradients));
 }
 
+/* What an actuator of level 1 has of energy times as much, a factor for each power of q. */
+static double energy_factor(int32_t kind, const thrum_model_scaling *by) {
+  const double volume = by->length * by->length * by->length;
+  if (kind == THRUM_ACTUATOR_TENDON)
+    return by->length;
+  return kind == THRUM_ACTUATOR_STRAIN ? by->stiffness * volume : volume;
+}
+
+/* Actuators of the same levels: pressures in Pa, strains, tensions in N. */
+static bool scale_actuators(void *memory, const thrum_model *model, const factors *f,
+                            const thrum_model_scaling *by, const thrum_model *scaled) {
+  const size_t r = (size_t)model->rank, square = r * r, cube = (size_t)model->actuator_cube;
+  const double g = f->follow;
+  size_t chamber = 0;
+  bool finite = true;
+  for (size_t n = 0; n < (size_t)model->actuator_count; n++) {
+    const int32_t kind = model->actuator_kind[n];
+    const double e = energy_factor(kind, by);
+    double *rest = within(memory, scaled->actuator_rest + 3 * n);
+    rest[0] *= e;
+    finite = multiply(model->actuator_linear + n * r, r, e * g,
+                      within(memory, scaled->actuator_linear + n * r)) &&
+             multiply(model->actuator_quadratic + n * square, square, e * (g * g),
+                      within(memory, scaled->actuator_quadratic + n * square)) &&
+             isfinite(rest[0]) && finite;
+    if (kind != THRUM_ACTUATOR_PRESSURE && kind != THRUM_ACTUATOR_GAS)
+      continue;
+    finite = multiply(model->actuator_cubic + chamber * cube, cube, e * (g * g * g),
+                      within(memory, scaled->actuator_cubic + chamber * cube)) &&
+             finite;
+    chamber++;
+  }
+
+  // guides move as the body does
+  const size_t guides = 3 * (size_t)model->guide_count;
+  if (guides > 0)
+    finite =
+        multiply(model->guide_places, guides, by->length, within(memory, scaled->guide_places)) &&
+        multiply(model->guide_rows, guides * r, f->basis, within(memory, scaled->guide_rows)) &&
+        finite;
+  return finite;
+}
+
 /* The arrays of `scaled`, a copy of `model` that lies in `memory`; false: not all are finite. */
 static bool scale_arrays(void *memory, unsigned char *next, const thrum_model *model,
                          const factors *f, const thrum_model_scaling *by, thrum_model *scaled) {
@@ -152,6 +195,8 @@ static bool scale_arrays(void *memory, unsigned char *next, const thrum_model *m
     finite = multiply(model->basis, 3 * (size_t)model->vertex_count * rank, f->basis,
                       within(memory, scaled->basis)) &&
              finite;
+
+  finite = scale_actuators(memory, model, f, by, scaled) && finite;
 
   // arrays that a copy shares with its model get memory of their own
   scaled->vertices = append(&next, model->vertices, vertex_doubles(model), by->length, &finite);

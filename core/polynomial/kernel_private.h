@@ -159,6 +159,15 @@ typedef struct thrum_pass_set {
   void (*see)(const thrum_model *model, const double *q, double *seen);
   void (*return_force)(const thrum_model *model, double *force);
   void (*return_tangent)(const thrum_model *model, double *tangent);
+
+  /* Of a model with levels: returns what acts adds to V at q, and adds its gradient to `gradient`
+   * and its Hessian to `hessian` (rank x rank), each where it is not NULL. */
+  double (*act)(const thrum_kernel *by, const thrum_model *model, const double *q, double *gradient,
+                double *hessian);
+
+  /* product += that Hessian at q times v. */
+  void (*act_along)(const thrum_kernel *by, const thrum_model *model, const double *q,
+                    const double *v, double *product);
 } thrum_pass_set;
 
 extern const thrum_pass_set thrum_passes;

@@ -137,6 +137,11 @@ static inline int64_t thrum_restriction_count(const thrum_model *model, int64_t 
   return thrum_restricted_count(n);
 }
 
+/* The same with the held coordinates behind them, which what acts on a state is evaluated with. */
+static inline int64_t thrum_restriction_room(const thrum_model *model, int64_t n) {
+  return thrum_restriction_count(model, n) + (model->actuator_kind ? model->rank : 0);
+}
+
 /* Scratch of a pass, in doubles; the pass may also be at two points. The tangent has a list for
  * each coordinate besides. */
 #define THRUM_PACK_VECTORS 9

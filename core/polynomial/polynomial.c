@@ -88,14 +88,14 @@ static const double *place_of(const thrum_model *model, const double *q, double 
   return seen;
 }
 
-double thrum_strain_energy_by(const thrum_kernel *by, const thrum_model *model, const double *q,
-                              double *work) {
+static double own_energy(const thrum_kernel *by, const thrum_model *model, const double *q,
+                         double *work) {
   double seen[THRUM_RANK_MAX];
   return quadratic_energy(model, q) + fit(by, model)->energy(model, place_of(model, q, seen), work);
 }
 
-double thrum_internal_force_by(const thrum_kernel *by, const thrum_model *model, const double *q,
-                               double *force, double *work) {
+static double own_force(const thrum_kernel *by, const thrum_model *model, const double *q,
+                        double *force, double *work) {
   const double quadratic = quadratic_energy(model, q);
   if (!thrum_points_shorten(model)) {
     linear_force(model, model->rank, q, force);
@@ -110,13 +110,12 @@ double thrum_internal_force_by(const thrum_kernel *by, const thrum_model *model,
   return quadratic + value;
 }
 
-void thrum_internal_forces_by(const thrum_kernel *by, const thrum_model *model,
-                              const double *const q[2], double *const force[2], double energy[2],
-                              double *work) {
+static void own_forces(const thrum_kernel *by, const thrum_model *model, const double *const q[2],
+                       double *const force[2], double energy[2], double *work) {
   // where points see displacements shortened, one read would save little
   if (thrum_points_shorten(model)) {
     for (int k = 0; k < 2; k++)
-      energy[k] = thrum_internal_force_by(by, model, q[k], force[k], work);
+      energy[k] = own_force(by, model, q[k], force[k], work);
     return;
   }
   double value[2];
@@ -129,8 +128,8 @@ void thrum_internal_forces_by(const thrum_kernel *by, const thrum_model *model,
     energy[k] += value[k];
 }
 
-void thrum_tangent_stiffness_by(const thrum_kernel *by, const thrum_model *model, const double *q,
-                                double *tangent, double *work) {
+static void own_tangent(const thrum_kernel *by, const thrum_model *model, const double *q,
+                        double *tangent, double *work) {
   if (!thrum_points_shorten(model)) {
     linear_tangent(model, tangent);
     fit(by, model)->tangent(model, q, NULL, tangent, work);
@@ -142,9 +141,8 @@ void thrum_tangent_stiffness_by(const thrum_kernel *by, const thrum_model *model
   add_linear_tangent(model, tangent);
 }
 
-double thrum_internal_force_tangent_by(const thrum_kernel *by, const thrum_model *model,
-                                       const double *q, double *force, double *tangent,
-                                       double *work) {
+static double own_force_tangent(const thrum_kernel *by, const thrum_model *model, const double *q,
+                                double *force, double *tangent, double *work) {
   const double quadratic = quadratic_energy(model, q);
   if (!thrum_points_shorten(model)) {
     linear_force(model, model->rank, q, force);
@@ -164,8 +162,8 @@ double thrum_internal_force_tangent_by(const thrum_kernel *by, const thrum_model
   return quadratic + value;
 }
 
-void thrum_tangent_product_by(const thrum_kernel *by, const thrum_model *model, const double *q,
-                              const double *v, double *product, double *work) {
+static void own_product(const thrum_kernel *by, const thrum_model *model, const double *q,
+                        const double *v, double *product, double *work) {
   if (!thrum_points_shorten(model)) {
     for (int64_t i = 0; i < model->rank; i++)
       product[i] = model->omega2[i] * v[i];
@@ -181,12 +179,66 @@ void thrum_tangent_product_by(const thrum_kernel *by, const thrum_model *model, 
     product[i] += model->omega2[i] * v[i];
 }
 
+/* --- with what acts on a state --------------------------------------------------------------- */
+
+static double act(const thrum_kernel *by, const thrum_model *model, const double *q,
+                  double *gradient, double *hessian) {
+  return model->levels ? thrum_passes.act(by, model, q, gradient, hessian) : 0.0;
+}
+
+double thrum_strain_energy_by(const thrum_kernel *by, const thrum_model *model, const double *q,
+                              double *work) {
+  return own_energy(by, model, q, work) + act(by, model, q, NULL, NULL);
+}
+
+double thrum_internal_force_by(const thrum_kernel *by, const thrum_model *model, const double *q,
+                               double *force, double *work) {
+  const double own = own_force(by, model, q, force, work);
+  return own + act(by, model, q, force, NULL);
+}
+
+void thrum_internal_forces_by(const thrum_kernel *by, const thrum_model *model,
+                              const double *const q[2], double *const force[2], double energy[2],
+                              double *work) {
+  own_forces(by, model, q, force, energy, work);
+  for (int k = 0; k < 2; k++)
+    energy[k] += act(by, model, q[k], force[k], NULL);
+}
+
+void thrum_tangent_stiffness_by(const thrum_kernel *by, const thrum_model *model, const double *q,
+                                double *tangent, double *work) {
+  own_tangent(by, model, q, tangent, work);
+  act(by, model, q, NULL, tangent);
+}
+
+double thrum_internal_force_tangent_by(const thrum_kernel *by, const thrum_model *model,
+                                       const double *q, double *force, double *tangent,
+                                       double *work) {
+  const double own = own_force_tangent(by, model, q, force, tangent, work);
+  return own + act(by, model, q, force, tangent);
+}
+
+void thrum_tangent_product_by(const thrum_kernel *by, const thrum_model *model, const double *q,
+                              const double *v, double *product, double *work) {
+  own_product(by, model, q, v, product, work);
+  if (model->levels)
+    thrum_passes.act_along(by, model, q, v, product);
+}
+
 /* Integrators that ask for a part step no flow, so the points of the model see the whole of q. */
 double thrum_internal_force_part(const thrum_kernel *by, const thrum_model *model, int32_t split,
                                  const double *q, double *force, double *work) {
   const double quadratic = quadratic_energy(model, q);
   linear_force(model, split, q, force);
-  return quadratic + fit(by, model)->force_part(model, split, q, force, work);
+  const double own = quadratic + fit(by, model)->force_part(model, split, q, force, work);
+  if (!model->levels)
+    return own;
+
+  double all[THRUM_RANK_MAX] = {0.0};
+  const double added = act(by, model, q, all, NULL);
+  for (int32_t i = 0; i < split; i++)
+    force[i] += all[i];
+  return own + added;
 }
 
 void thrum_tangent_product_part(const thrum_kernel *by, const thrum_model *model, int32_t split,
@@ -194,6 +246,14 @@ void thrum_tangent_product_part(const thrum_kernel *by, const thrum_model *model
   for (int64_t i = 0; i < split; i++)
     product[i] = model->omega2[i] * v[i];
   fit(by, model)->tangent_vector_part(model, split, q, v, product, work);
+  if (!model->levels)
+    return;
+
+  double all[THRUM_RANK_MAX] = {0.0}, part[THRUM_RANK_MAX] = {0.0};
+  memcpy(part, v, (size_t)split * sizeof *part);
+  thrum_passes.act_along(by, model, q, part, all);
+  for (int32_t i = 0; i < split; i++)
+    product[i] += all[i];
 }
 
 /* Fills what a model without a polynomial cannot give. */
@@ -232,19 +292,54 @@ void thrum_tangent_product(const thrum_model *model, const double *q, const doub
     fill_unknown(product, model->rank);
 }
 
+/* q of the held coordinates, out of a restriction, and of the others. */
+static void whole_place(const thrum_model *model, int32_t split, const double *restricted,
+                        const double *q_high, double *q) {
+  const int64_t n = model->rank - split;
+  memcpy(q, restricted + thrum_restriction_count(model, n), (size_t)split * sizeof *q);
+  memcpy(q + split, q_high, (size_t)n * sizeof *q);
+}
+
 void thrum_polynomial_restrict(const thrum_kernel *by, const thrum_model *model, int32_t split,
                                const double *q, double *restricted, double *work) {
   fit(by, model)->restrict_to(model, split, q, restricted, work);
+  if (model->levels)
+    memcpy(restricted + thrum_restriction_count(model, model->rank - split), q,
+           (size_t)split * sizeof *q);
 }
 
 double thrum_restricted_gradient(const thrum_kernel *by, const thrum_model *model, int32_t split,
                                  const double *restricted, const double *q_high, double *gradient,
                                  double *work) {
-  return fit(by, model)->restricted_gradient(model, split, restricted, q_high, gradient, work);
+  const double own =
+      fit(by, model)->restricted_gradient(model, split, restricted, q_high, gradient, work);
+  if (!model->levels)
+    return own;
+
+  double q[THRUM_RANK_MAX], all[THRUM_RANK_MAX] = {0.0};
+  whole_place(model, split, restricted, q_high, q);
+  const double added = act(by, model, q, all, NULL);
+  for (int64_t i = split; i < model->rank; i++)
+    gradient[i - split] += all[i];
+  return own + added;
 }
 
 void thrum_restricted_hessian(const thrum_kernel *by, const thrum_model *model, int32_t split,
                               const double *restricted, const double *q_high, double *hessian,
                               double *work) {
   fit(by, model)->restricted_hessian(model, split, restricted, q_high, hessian, work);
+  if (!model->levels)
+    return;
+
+  // column by column, of which the others' part is kept
+  const int64_t n = model->rank - split;
+  double q[THRUM_RANK_MAX];
+  whole_place(model, split, restricted, q_high, q);
+  for (int64_t j = 0; j < n; j++) {
+    double unit[THRUM_RANK_MAX] = {0.0}, column[THRUM_RANK_MAX] = {0.0};
+    unit[split + j] = 1.0;
+    thrum_passes.act_along(by, model, q, unit, column);
+    for (int64_t i = 0; i < n; i++)
+      hessian[i * n + j] += column[split + i];
+  }
 }

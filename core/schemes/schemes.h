@@ -101,6 +101,9 @@ typedef void (*thrum_on_plan)(const thrum_model *model, thrum_state *state);
 typedef void (*thrum_on_made)(const thrum_model *model, thrum_state *state);
 typedef void (*thrum_on_forget)(thrum_state *state);
 
+/* Where a state is set to another place: before, and there. */
+typedef void (*thrum_on_moved)(const thrum_model *model, thrum_state *state);
+
 /* The model as a state that belongs to it sees it: the model, or `copy` with what the state has. */
 typedef const thrum_model *(*thrum_on_seen)(const thrum_model *model, thrum_state *state,
                                             thrum_model *copy);
@@ -145,6 +148,7 @@ typedef struct thrum_scheme_set {
   const thrum_on_plan *plan;
   const thrum_on_made *made;
   const thrum_on_forget *forget, *forget_step;
+  const thrum_on_moved *leave, *arrive;
   thrum_on_seen seen;
 
   const thrum_on_load *load;

@@ -10,7 +10,7 @@
 /* Doubles of each kind of array, rounded up to whole alignments. */
 typedef struct sizes {
   uint64_t vector, past, pairs, work, restricted, inverse, inverses, next, tangent, plastic, shares,
-      shapes, ahead;
+      shapes, levels, ahead;
 } sizes;
 
 static uint64_t round_up(uint64_t doubles) {
@@ -36,6 +36,7 @@ static sizes sizes_of(const thrum_state *state) {
       .plastic = round_up((uint64_t)state->plastic_count),
       .shares = round_up((uint64_t)state->shares_count),
       .shapes = round_up((uint64_t)state->shapes_count),
+      .levels = round_up((uint64_t)state->levels_count),
       .ahead = round_up((uint64_t)state->ahead_count),
   };
   return s;

@@ -25,7 +25,7 @@
 
 /* The version of the header and the arrays below; it is raised with each change of them, so that a
  * snapshot of another version is known. */
-#define THRUM_STATE_VERSION 18
+#define THRUM_STATE_VERSION 19
 
 /* --- the header ------------------------------------------------------------------------------- */
 
@@ -130,6 +130,7 @@ struct thrum_state {
   int64_t plastic_count;     /* doubles in `plastic`; 0: none flows */
   int64_t shares_count;      /* doubles in `shares`, */
   int64_t shapes_count;      /* and in `shapes` */
+  int64_t levels_count;      /* doubles in `levels`; 0: the model has no actuators */
   int64_t ahead_count;       /* doubles in `q_ahead`: rank, or 0 where no load asks for it */
   int64_t eager_end;         /* step up to which solves refresh their Jacobian at once */
   int64_t average_field_end; /* energy: step up to which it takes the average vector field */
@@ -182,6 +183,7 @@ _Static_assert(sizeof(thrum_state_def) ==
   X(acceleration, vector)   /* Newmark: a, taken with load_before */                               \
   X(plastic, plastic)       /* F_p^-1 - 1 of each cubature point, where the material may flow, */  \
                             /* and what was released by it (core/polynomial/points.h) */           \
+  X(levels, levels)         /* of the actuators of its model, and what is kept of each beside */   \
   X(q_ahead, ahead)         /* q in the middle of the step to come, extrapolated */                \
   X(power_explicit, vector) /* iterate of the power iteration on the explicit modes now */         \
   X(power_whole, vector)    /* and on the explicit modes of the def */                             \

@@ -67,9 +67,10 @@ void thrum_state_plan(thrum_state *state, const thrum_model *model) {
   // midpoint and Newmark evaluate the whole model; imexv restricts it to fewer than r modes
   state->work_count = (int64_t)thrum_work_count(model);
   state->restricted_count = def->integrator == THRUM_INTEGRATOR_IMEXV
-                                ? thrum_restriction_count(model, n < r ? n : r - 1)
+                                ? thrum_restriction_room(model, n < r ? n : r - 1)
                                 : 0;
   state->plastic_count = state->shares_count = state->shapes_count = state->ahead_count = 0;
+  state->levels_count = 0;
 
   // tangent damping needs T of all modes, also where few or none are implicit
   state->kept_count = row->keeps_nothing ? 0 : n * n;
@@ -301,6 +302,7 @@ thrum_status thrum_state_set(const thrum_model *model, thrum_state *state, const
 
   // nothing that persists has been written yet
   const size_t vector = (size_t)r * sizeof(double);
+  THRUM_CALL_HOOKS(thrum_on_moved, leave, model, state);
   *state = changed;
   memcpy(view.q, view.q_next, vector);
   memcpy(view.p, view.p_next, vector);
@@ -310,6 +312,7 @@ thrum_status thrum_state_set(const thrum_model *model, thrum_state *state, const
   // there is no step before, and so no load of it
   memcpy(view.acceleration, view.acceleration_next, vector);
   memset(view.load_before, 0, vector);
+  THRUM_CALL_HOOKS(thrum_on_moved, arrive, model, state);
   return THRUM_OK;
 }
 
@@ -382,6 +385,8 @@ thrum_status thrum_state_set_dt(const thrum_model *model, thrum_state *state, do
 thrum_status thrum_state_get(const thrum_model *model, thrum_state *state, double *q, double *p,
                              thrum_error *error) {
   THRUM_TRY(thrum_state_check_ready(model, state, error));
+  thrum_model seen;
+  model = thrum_seen_model(model, state, &seen);
   thrum_state_view view = thrum_state_view_of(state);
   if (p) {
     THRUM_TRY(synchronise(model, state, &view, NULL, error));
@@ -412,6 +417,10 @@ thrum_status thrum_state_energies(const thrum_model *model, thrum_state *state,
 
   if (thrum_row_of(state)->kinetic)
     found.kinetic += thrum_row_of(state)->kinetic(model, view.q, view.p_next);
+
+  // what acts on the body has done work on it, and is no energy of its
+  if (model->levels)
+    found.potential -= thrum_passes.act(view.kernel, model, view.q, NULL, NULL);
 
   // a finite state may have an energy that is not
   found.total = found.kinetic + found.potential;

@@ -71,7 +71,8 @@ static thrum_status check_sizes(const thrum_model *model, const thrum_state *sta
       header->tangent_count != planned.tangent_count ||
       header->plastic_count != planned.plastic_count ||
       header->shares_count != planned.shares_count ||
-      header->shapes_count != planned.shapes_count || header->ahead_count != planned.ahead_count)
+      header->shapes_count != planned.shapes_count ||
+      header->levels_count != planned.levels_count || header->ahead_count != planned.ahead_count)
     return refuse("size of an array", error);
   return THRUM_OK;
 }
@@ -110,7 +111,7 @@ static thrum_status check_scheme(const thrum_model *model, const thrum_state *he
 
   // V is restricted to the implicit modes where both kinds are there
   if (row->restricts && header->split > 0 && implicit > 0 &&
-      thrum_restriction_count(model, implicit) > header->restricted_count)
+      thrum_restriction_room(model, implicit) > header->restricted_count)
     return refuse("split of the modes", error);
   if (!(header->split_dt > 0.0 && header->longest_dt > 0.0))
     return refuse("length of the steps", error);

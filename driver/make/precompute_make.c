@@ -20,6 +20,7 @@
 #include "io/npz.h"
 #include "io/paths.h"
 #include "io/vtu.h"
+#include "mesh/actuator.h"
 #include "mesh/formats/mesh_read.h"
 #include "mesh/mesh_beam.h"
 #include "mesh/mesh_fix.h"
@@ -493,6 +494,37 @@ static thrum_status find_handles(const precompute_request *request, thrum_mesh *
   return THRUM_OK;
 }
 
+/* Makes a group of the place that an actuator's surface is at, where its SPEC names one. */
+static thrum_status add_actuator_place(thrum_mesh *mesh, const char *text, thrum_error *error) {
+  const char *spec = strchr(text, '='), *colon = spec ? strchr(spec, ':') : NULL;
+  char place[THRUM_MESH_NAME_MAX + 1];
+  const size_t length = colon ? strcspn(colon + 1, ",") : 0;
+  if (!colon || strncmp(spec, "=tendon", 7) == 0 || length >= sizeof place)
+    return THRUM_OK;
+  memcpy(place, colon + 1, length);
+  place[length] = 0;
+  return add_place(mesh, place, error);
+}
+
+/* Reads the --actuator options; *actuators has room for them. */
+static thrum_status find_actuators(const precompute_request *request, thrum_mesh *mesh,
+                                   const uint8_t *fixed, thrum_actuator *actuators,
+                                   thrum_error *error) {
+  for (int64_t n = 0; n < request->actuator_count; n++) {
+    const char *text = request->actuators[n];
+    const size_t name = strcspn(text, "=") + 1;
+    thrum_status status = add_actuator_place(mesh, text, error);
+    for (int64_t m = 0; m < n && status >= 0; m++)
+      if (strncmp(text, request->actuators[m], name) == 0)
+        status =
+            thrum_error_set(error, THRUM_INVALID_ARGUMENT, "'%.100s': the name is taken", text);
+    THRUM_THEN(status, thrum_actuator_read(mesh, fixed, text, &actuators[n], error));
+    if (status < 0)
+      return config_error_of(error, status, "--actuator");
+  }
+  return THRUM_OK;
+}
+
 /* Shows the memory and the time that the model would take. */
 static thrum_status estimate_model(precompute_request *request, const uint8_t *fixed,
                                    precompute_outcome *outcome, thrum_error *error) {
@@ -602,9 +634,15 @@ thrum_status precompute_make(const precompute_request *request, precompute_show 
   found.options.handles = handles;
   found.options.handle_count = request->handle_count;
 
-  // the handles come beside the rank that was asked for
+  thrum_actuator *actuators = NULL;
+  THRUM_THEN(status, thrum_reserve(&actuators, request->actuator_count, sizeof *actuators,
+                                   "the actuators", error));
+  found.options.actuators = actuators;
+  found.options.actuator_count = request->actuator_count;
+
+  // handles and actuators come beside the rank that was asked for
   if (found.options.rank > 0)
-    found.options.rank += 6 * request->handle_count;
+    found.options.rank += 2 * thrum_options_responses(&found.options);
   found.options.keep_modes = request->export_modes != NULL;
   found.options.condensed = request->condense;
   precompute_outcome outcome = {.request = &found, .mesh = &mesh, .began = began};
@@ -631,6 +669,7 @@ thrum_status precompute_make(const precompute_request *request, precompute_show 
   if (status >= 0)
     outcome.fixed_count = count_held(&mesh, fixed); // middle nodes, too
   THRUM_THEN(status, find_handles(request, &mesh, handles, error));
+  THRUM_THEN(status, find_actuators(request, &mesh, fixed, actuators, error));
 
   // a dry run stops at the estimate
   outcome.seconds_mesh = clock_seconds() - began;
@@ -649,6 +688,9 @@ thrum_status precompute_make(const precompute_request *request, precompute_show 
 
   free(fixed);
   free(handles);
+  for (int64_t n = 0; actuators && n < request->actuator_count; n++)
+    thrum_actuator_free(&actuators[n]);
+  free(actuators);
   thrum_mesh_free(&mesh);
   *flagged = outcome.flagged;
   return status;

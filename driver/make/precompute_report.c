@@ -91,6 +91,8 @@ static void add_options(cJSON *meta, const precompute_request *request,
   }
   if (request->spring_count > 0)
     json_strings(options, "spring", request->springs, request->spring_count);
+  if (request->actuator_count > 0)
+    json_strings(options, "actuator", request->actuators, request->actuator_count);
   json_strings(options, "handles", request->handles, request->handle_count);
 }
 

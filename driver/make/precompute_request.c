@@ -48,6 +48,12 @@ static thrum_status take_spring(const config_given *given, void *request) {
   return THRUM_OK;
 }
 
+static thrum_status take_actuator(const config_given *given, void *request) {
+  precompute_request *r = request;
+  r->actuators[r->actuator_count++] = given->text;
+  return THRUM_OK;
+}
+
 static thrum_status take_handle(const config_given *given, void *request) {
   precompute_request *r = request;
   keep_line(given, r, r->handle_lines, r->handle_count);
@@ -146,6 +152,15 @@ static const config_option options[] = {
                 "y, z are represented exactly; they and their derivatives take six coordinates "
                 "beside those of --rank",
                 .repeats = true, .take = take_handle),
+    OPTION_TEXT(
+        "actuator", "NAME=SPEC", NULL,
+        "what acts on the body, at a level that runs set: chamber:GROUP or "
+        "chamber:GROUP,cap (a closed surface, or one that caps close, under a pressure in "
+        "Pa), pressure:GROUP (a surface whose edge is held), gas:GROUP[,cap][,outside=PA] "
+        "(shut in), muscle:REGION,DX,DY,DZ (shortens by its level), swell:REGION, "
+        "eigenstrain:REGION,XX,YY,ZZ,YZ,XZ,XY, tendon:PLACE,PLACE,... in N, PLACE vertex=N, "
+        "near:X,Y,Z or at:X,Y,Z; each takes two coordinates beside those of --rank",
+        .repeats = true, .take = take_actuator),
     OPTION_FLAG("touch",
                 "add local response modes over the surface beside the rank, until pulls at any "
                 "visible place move it by 80 % of what the mesh says (linear, in the mean over "
@@ -322,12 +337,13 @@ static int check_jobs(const precompute_request *request) {
 }
 
 const char *precompute_request_alone(const precompute_request *request) {
-  return request->import_basis       ? "--import-basis"
-         : request->options.cubature ? "--cubature"
-         : request->spring_count > 0 ? "--spring"
-         : request->handle_count > 0 ? "--handles"
-         : request->train_count > 0  ? "--train"
-                                     : NULL;
+  return request->import_basis         ? "--import-basis"
+         : request->options.cubature   ? "--cubature"
+         : request->spring_count > 0   ? "--spring"
+         : request->handle_count > 0   ? "--handles"
+         : request->actuator_count > 0 ? "--actuator"
+         : request->train_count > 0    ? "--train"
+                                       : NULL;
 }
 
 int precompute_options_read(int argc, char **argv, precompute_request *request) {
@@ -377,6 +393,12 @@ int precompute_options_read(int argc, char **argv, precompute_request *request) 
        request->import_basis || request->touch || request->train_count + request->test_count > 0))
     return config_usage("precompute",
                         "--parameters goes without --condense, --precision single, --cubature, "
+                        "--import-basis, --touch, --train and --test");
+  if (request->actuator_count > 0 &&
+      (request->condense || request->options.cubature || request->options.parameters ||
+       request->import_basis || request->touch || request->train_count + request->test_count > 0))
+    return config_usage("precompute",
+                        "--actuator goes without --condense, --cubature, --parameters, "
                         "--import-basis, --touch, --train and --test");
   if (request->condense && request->import_basis)
     return config_usage("precompute",

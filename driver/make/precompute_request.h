@@ -21,6 +21,8 @@ typedef struct precompute_request {
   int64_t fix_count;
   const char **springs; /* spring_count specs, as fixes */
   int64_t spring_count;
+  const char **actuators; /* actuator_count texts NAME=SPEC, as fixes */
+  int64_t actuator_count;
   const char **handles; /* handle_count specs, pointing into argv */
   int64_t handle_count;
   const char **train, **tests; /* texts of loads: of the training, and to test it; as handles */
@@ -59,7 +61,8 @@ typedef struct precompute_request {
 extern const config_command command_precompute;
 
 /* Fills the request from argv; COMMAND_DONE, or what the command is to return. `fixes`,
- * `springs`, `handles` and `materials` have room for argc + CONFIG_FILE_ITEMS_MAX texts. */
+ * `springs`, `actuators`, `handles` and `materials` have room for argc + CONFIG_FILE_ITEMS_MAX
+ * texts. */
 int precompute_options_read(int argc, char **argv, precompute_request *request);
 
 /* The option among those given that one process has and thrum-mpi has not; NULL: there is none. */

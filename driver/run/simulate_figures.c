@@ -27,6 +27,8 @@ static int64_t first_free_row(const simulate_request *request) {
   int64_t steps = 0;
   for (int64_t n = 0; n < request->load_count; n++)
     steps = later(steps, request->loads[n].course.until, request->def.dt);
+  for (int64_t n = 0; n < request->actuate_count; n++)
+    steps = later(steps, request->actuates[n].course.until, request->def.dt);
   for (int64_t n = 0; n < request->base_motion_count; n++)
     steps = later(steps, base_motion_end(&request->base_motions[n]), request->def.dt);
   if (steps > request->steps)
@@ -65,7 +67,8 @@ static double growth_beside_loads(const simulate_figures *figures) {
 
 double simulate_figures_balance(const simulate_figures *figures) {
   const double gained = figures->last.total - figures->first.total;
-  return gained - figures->work_load - figures->work_base + figures->dissipated;
+  return gained - figures->work_load - figures->work_base - figures->work_actuators +
+         figures->dissipated;
 }
 
 bool simulate_condensed_believed(double inertia_share, double energy_defect, double vibration_share,

@@ -30,6 +30,7 @@ typedef struct simulate_figures {
   thrum_energies first, last;
   double energy_min, energy_max;
   double work_load, work_base; /* [J] */
+  double work_actuators;       /* of all of them [J] */
   double work_moved; /* magnitudes of the work of all steps [J]; INFINITY where it is not counted */
   double dissipated; /* [J]; NaN where it is not counted */
   double plastic_work;    /* of it, that plastic flow took [J] */

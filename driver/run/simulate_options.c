@@ -16,6 +16,11 @@ static thrum_status take_load(const config_given *given, void *request) {
   return load_option_take(given, r->loads, &r->load_count);
 }
 
+static thrum_status take_actuate(const config_given *given, void *request) {
+  simulate_request *r = request;
+  return actuate_option_take(given, r->actuates, &r->actuate_count);
+}
+
 static thrum_status take_start(const config_given *given, void *request) {
   simulate_request *r = request;
   thrum_error error = {0};
@@ -87,6 +92,10 @@ static const config_option options[] = {
     OPTION_DT(simulate_request, def.dt),
     OPTION_TIME(simulate_request, time, "10"),
     OPTION_LOAD(take_load, "none", "a load over time, such as impulse:0,0,-10@tip; see below"),
+    OPTION_ACTUATE(take_actuate,
+                   "the level of an actuator over time, with the kinds and keys of --load: "
+                   "constant:LEVEL, ramp:LEVEL,until=S, sine:LEVEL,f=HZ, square:LEVEL, such as "
+                   "air=ramp:2e4,until=1; several of one actuator add up"),
     OPTION_TEXT("base-motion", "BASE_MOTION", "none",
                 "a motion of what holds the body, see below; several add up",
                 .path = CONFIG_PATH_NAMED, .is_name = is_model_name_or_spec, .repeats = true,
@@ -241,6 +250,10 @@ static int check_plastic(const simulate_request *request) {
   const char *plastic = plastic_option(&request->def.plastic);
   if (request->against_mesh > 0 && is_scene_name(request->model_path))
     return config_usage("simulate", "--against-mesh is of a model: a scene has no mesh of its own");
+  if (request->actuate_count > 0 &&
+      (request->against_mesh > 0 || simulate_spins(request) || is_scene_name(request->model_path)))
+    return config_usage("simulate", "--actuate goes without --against-mesh and --spin, and a scene "
+                                    "has levels of its own");
   if (plastic && request->stress)
     return config_usage(
         "simulate", "--stress is of a material that does not flow; leave it out with %s", plastic);
@@ -340,6 +353,8 @@ static int finish(simulate_request *request) {
                         request->def.dt, SIMULATE_STEPS_MAX);
   CONFIG_TRY(mesh_model_full_check("simulate", request->model_path, &request->mesh_def,
                                    request->full, request->law_given));
+  if (request->actuate_count > 0)
+    request->basis.unless = "the mesh that would be asked has no actuators";
   CONFIG_TRY(check_spin(request));
   CONFIG_TRY(check_full(request));
   return check_plastic(request);

@@ -4,6 +4,7 @@
 
 #include "config/options.h"
 #include "driver/make/mesh_model.h"
+#include "driver/spec/actuate_spec.h"
 #include "driver/spec/base_motion_spec.h"
 #include "driver/spec/basis_asked.h"
 #include "driver/spec/damping_spec.h"
@@ -32,6 +33,8 @@ typedef struct simulate_request {
   int64_t frames_every; /* steps between frames; 0 with rate 0: no frames */
   int64_t load_count;
   load_spec *loads; /* owned by the caller of simulate_options_read */
+  int64_t actuate_count;
+  actuate_spec *actuates; /* as loads: levels of actuators */
   int64_t base_motion_count;
   base_motion_spec *base_motions; /* the same; read and closed by the run */
   bool full;                      /* the full order in place of the model */

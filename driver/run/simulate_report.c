@@ -31,6 +31,9 @@ static void add_specs(cJSON *object, const simulate_request *request) {
   cJSON *loads = cJSON_AddArrayToObject(object, "load");
   for (int64_t n = 0; n < request->load_count; n++)
     json_add_string(loads, request->loads[n].text);
+  cJSON *actuates = cJSON_AddArrayToObject(object, "actuate");
+  for (int64_t n = 0; n < request->actuate_count; n++)
+    json_add_string(actuates, request->actuates[n].text);
   cJSON *starts = cJSON_AddArrayToObject(object, "start");
   for (int64_t n = 0; n < request->start_count; n++)
     json_add_string(starts, request->starts[n].text);
@@ -233,6 +236,8 @@ static void add_work(cJSON *object, const simulate_figures *figures) {
   cJSON *work = cJSON_AddObjectToObject(object, "work");
   json_number(work, "load_j", figures->work_load);
   json_number(work, "base_j", figures->work_base);
+  if (figures->request->actuate_count > 0)
+    json_number(work, "actuators_j", figures->work_actuators);
   json_number(work, "dissipated_j", figures->dissipated);
   json_number(work, "plastic_j", figures->plastic_work);
   json_number(work, "balance_j", simulate_figures_balance(figures));
@@ -427,7 +432,8 @@ static const char *flows(const simulate_figures *figures) {
 void simulate_report_table(const driver_body *body, const cJSON *report) {
   const simulate_figures *figures = &body->figures;
   const simulate_request *request = figures->request;
-  const bool driven = request->load_count > 0 || request->base_motion_count > 0;
+  const bool driven =
+      request->load_count > 0 || request->base_motion_count > 0 || request->actuate_count > 0;
   cJSON *more = cJSON_CreateObject();
   json_string(more, "flows", flows(figures));
   cJSON_AddBoolToObject(more, "driven", driven);

@@ -106,7 +106,7 @@ static thrum_status prepare(single_run *single, thrum_error *error) {
 static void warn_before(const single_run *single) {
   const simulate_request *request = single->request;
   if (request->load_count == 0 && request->start_count == 0 && request->base_motion_count == 0 &&
-      !simulate_spins(request))
+      request->actuate_count == 0 && !simulate_spins(request))
     config_warn("no --load, no --base-motion, no --start and no --spin: the body stays at rest");
   locking_warn(path_basename(request->model_path), single->model);
   if (request->full)

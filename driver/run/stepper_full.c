@@ -19,6 +19,7 @@ typedef struct full_stepper {
   double *unit;        /* 3 fields: M 1 along each axis; owned, with the next */
   double *speed;       /* a field */
   int64_t fallback_steps;
+  double work_actuators, work_moved; /* of them, and the magnitudes of all steps [J] */
 } full_stepper;
 
 /* --- opening ---------------------------------------------------------------------------------- */
@@ -136,11 +137,27 @@ static thrum_status set_force(full_stepper *self, int64_t step, thrum_error *err
   return thrum_full_set_force(self->body, self->loads.force, error);
 }
 
+/* The mean levels of the actuators over a step. */
+static thrum_status set_levels(const full_stepper *self, int64_t step, thrum_error *error) {
+  const simulate_request *request = self->request;
+  double levels[THRUM_ACTUATORS_MAX];
+  if (request->actuate_count == 0)
+    return THRUM_OK;
+  actuate_specs_levels(self->model, request->actuates, request->actuate_count, step,
+                       request->def.dt, levels);
+  return thrum_full_set_actuation(self->body, levels, error);
+}
+
 static thrum_status advance(void *stepper, int64_t step, thrum_error *error) {
   full_stepper *self = stepper;
   const int64_t shorter = thrum_full_report_get(self->body).substep_steps;
   THRUM_TRY(set_force(self, step, error));
+  THRUM_TRY(set_levels(self, step, error));
+  const double before = thrum_full_acting_energy(self->body);
   THRUM_TRY(thrum_full_step(self->body, error));
+  const double work = before - thrum_full_acting_energy(self->body);
+  self->work_actuators += work;
+  self->work_moved += fabs(work);
   if (stepper_loads_act(&self->loads)) {
     thrum_full_get(self->body, self->loads.after, NULL);
     stepper_loads_count_work(&self->loads);
@@ -233,7 +250,8 @@ static void report(const void *stepper, int32_t body, simulate_figures *figures)
   figures->fallback_steps = self->fallback_steps;
   figures->work_load = self->loads.work_load;
   figures->work_base = self->loads.work_base;
-  figures->work_moved = self->loads.work_moved;
+  figures->work_moved = self->loads.work_moved + self->work_moved;
+  figures->work_actuators = self->work_actuators;
   figures->plastic_work = figures->full.plastic_work;
   figures->plastic_strain = thrum_full_plastic_strain(self->body);
   figures->dissipated =
@@ -283,6 +301,8 @@ thrum_status driver_stepper_full(const simulate_request *request, const thrum_mo
   THRUM_TRY(thrum_reserve(&self->unit, 4 * size, sizeof *self->unit, "the fields of the full order",
                           error));
   self->speed = self->unit + 3 * size;
+
+  THRUM_TRY(actuate_specs_check(model, request->actuates, request->actuate_count, error));
 
   // loads, then the start, which work is counted from
   THRUM_TRY(fill_loads(self, error));

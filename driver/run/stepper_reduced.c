@@ -27,6 +27,7 @@ typedef struct reduced_stepper {
   double *load; /* of the last step, on all coordinates; owned */
   condensed_check check;
   stepper_spin spin;
+  double work_actuators, work_moved; /* of them, and the magnitudes of all steps [J] */
 } reduced_stepper;
 
 /* --- opening ---------------------------------------------------------------------------------- */
@@ -118,6 +119,29 @@ static thrum_status set_force(reduced_stepper *self, int64_t step, thrum_error *
   return thrum_state_set_load(self->model, self->state, self->load, error);
 }
 
+/* The mean levels of the actuators over a step. */
+static thrum_status set_levels(reduced_stepper *self, int64_t step, thrum_error *error) {
+  const simulate_request *request = self->request;
+  double levels[THRUM_ACTUATORS_MAX];
+  if (request->actuate_count == 0)
+    return THRUM_OK;
+  actuate_specs_levels(self->model, request->actuates, request->actuate_count, step,
+                       request->def.dt, levels);
+  return thrum_state_set_actuation(self->model, self->state, levels, error);
+}
+
+/* Sums up what the actuators have done. */
+static void count_work(reduced_stepper *self) {
+  double work[THRUM_ACTUATORS_MAX], sum = 0;
+  if (self->request->actuate_count == 0 ||
+      thrum_state_actuation_work(self->model, self->state, work, NULL) < 0)
+    return;
+  for (int64_t k = 0; k < thrum_model_actuators(self->model); k++)
+    sum += work[k];
+  self->work_moved += fabs(sum - self->work_actuators);
+  self->work_actuators = sum;
+}
+
 /* Adds what the slaves would have done in the step that was made. */
 static void look_at_vibration(reduced_stepper *self) {
   double x[THRUM_RANK_MAX];
@@ -128,9 +152,12 @@ static void look_at_vibration(reduced_stepper *self) {
 static thrum_status advance(void *stepper, int64_t step, thrum_error *error) {
   reduced_stepper *self = stepper;
   THRUM_TRY(set_force(self, step, error));
+  THRUM_TRY(set_levels(self, step, error));
   const thrum_status status = stepper_spin_step(&self->spin, self->model, self->state, error);
   if (status >= 0 && self->check.model != NULL)
     look_at_vibration(self);
+  if (status >= 0)
+    count_work(self);
   if (status < 0 || !stepper_loads_act(&self->loads))
     return status;
 
@@ -199,8 +226,9 @@ static void report(const void *stepper, int32_t body, simulate_figures *figures)
       figures->report.newton_steps + figures->report.energy_steps + figures->report.substep_steps;
   figures->work_load = self->loads.work_load;
   figures->work_base = self->loads.work_base;
-  figures->work_moved = self->loads.work_moved;
+  figures->work_moved = self->loads.work_moved + self->work_moved;
   figures->dissipated = figures->report.dissipated;
+  figures->work_actuators = self->work_actuators;
   figures->plastic_work = figures->report.plastic_work;
   figures->plastic_strain = thrum_state_plastic_strain(self->state);
   figures->point_stiffness = thrum_state_point_stiffness(self->state);
@@ -273,6 +301,7 @@ thrum_status driver_stepper_reduced_from(const simulate_request *request, const 
     THRUM_TRY(condensed_check_open(self->model, &self->check, error));
   THRUM_TRY(stepper_loads_open(request, self->shape->rank, &self->loads, error));
   THRUM_TRY(reduce_loads(self, error));
+  THRUM_TRY(actuate_specs_check(self->shape, request->actuates, request->actuate_count, error));
   return set_start(self, q, p, error);
 }
 

@@ -45,7 +45,7 @@ typedef struct key_values {
 } key_values;
 
 /* Cuts the pairs off the end of `body`. */
-static thrum_status take_keys(char *body, const char *text, key_values *values,
+static thrum_status take_keys(char *body, const char *said, key_values *values,
                               thrum_error *error) {
   for (char *comma = strrchr(body, ','); comma != NULL; comma = strrchr(body, ',')) {
     char *equals = strchr(comma, '=');
@@ -64,18 +64,18 @@ static thrum_status take_keys(char *body, const char *text, key_values *values,
       if (memchr(comma, '@', length + 1) != NULL || length == 0)
         return THRUM_OK;
       return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
-                             "--load '%s': unknown key '%.*s' (from, until, f)", text, (int)length,
+                             "%s: unknown key '%.*s' (from, until, f)", said, (int)length,
                              comma + 1);
     }
 
     // each key once, and with a number
     if (values->given[key]) {
-      return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "--load '%s': '%s' is given twice",
-                             text, keys[key]);
+      return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "%s: '%s' is given twice", said,
+                             keys[key]);
     }
     if (!config_parse_number(equals + 1, &values->value[key])) {
-      return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "--load '%s': '%s' is not a number",
-                             text, equals + 1);
+      return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "%s: '%s' is not a number", said,
+                             equals + 1);
     }
 
     // taken: the text now ends before the pair
@@ -86,7 +86,7 @@ static thrum_status take_keys(char *body, const char *text, key_values *values,
 }
 
 /* The course over time from the kind and the pairs. */
-static thrum_status make_course(const load_kind *kind, const key_values *values, const char *text,
+static thrum_status make_course(const load_kind *kind, const key_values *values, const char *said,
                                 thrum_load *course, thrum_error *error) {
   // keys that are not given leave the kind's own window
   course->shape = kind->shape;
@@ -99,24 +99,24 @@ static thrum_status make_course(const load_kind *kind, const key_values *values,
   const bool sine = kind->shape == THRUM_LOAD_SINE;
   if (sine && !(course->frequency > 0)) {
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
-                           "--load '%s': a sine needs its frequency in Hz, such as f=1", text);
+                           "%s: a sine needs its frequency in Hz, such as f=1", said);
   }
   if (!sine && values->given[KEY_FREQUENCY]) {
-    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
-                           "--load '%s': only a sine has a frequency f", text);
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "%s: only a sine has a frequency f",
+                           said);
   }
 
   if (kind->shape == THRUM_LOAD_RAMP && !isfinite(course->until)) {
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
-                           "--load '%s': a ramp needs its end in s, such as until=1", text);
+                           "%s: a ramp needs its end in s, such as until=1", said);
   }
 
   // the window begins in the run and has a length
   if (!(course->from >= 0) || !(course->until > course->from)) {
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
-                           "--load '%s': the load must begin at 0 s or later and end after that "
+                           "%s: the load must begin at 0 s or later and end after that "
                            "(from %g s until %g s)",
-                           text, course->from, course->until);
+                           said, course->from, course->until);
   }
   return THRUM_OK;
 }
@@ -225,11 +225,36 @@ thrum_status load_spec_parse(const char *text, load_spec *load, thrum_error *err
                       .traction = strcmp(kind->name, "traction") == 0};
 
   // pairs first: they are at the end, and a group's name may hold commas itself
+  char said[LOAD_TEXT_MAX + 16];
+  snprintf(said, sizeof said, "--load '%s'", text);
   key_values values = {0};
-  THRUM_TRY(take_keys(body, text, &values, error));
+  THRUM_TRY(take_keys(body, said, &values, error));
   THRUM_TRY(parse_body(body, kind, &parsed, error));
-  THRUM_TRY(make_course(kind, &values, text, &parsed.course, error));
+  THRUM_TRY(make_course(kind, &values, said, &parsed.course, error));
   *load = parsed;
+  return THRUM_OK;
+}
+
+thrum_status load_course_parse(const char *text, const char *said, double *strength,
+                               thrum_load *course, thrum_error *error) {
+  char body[LOAD_TEXT_MAX];
+  size_t name_length = 0;
+  const load_kind *kind = kind_of(text, &name_length);
+  if (kind == NULL || strcmp(kind->name, "gravity") == 0 || strcmp(kind->name, "traction") == 0 ||
+      strlen(text) >= sizeof body)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "%.200s: wanted is constant:LEVEL, ramp:LEVEL,until=S, sine:LEVEL,f=HZ, "
+                           "square:LEVEL or impulse:LEVEL",
+                           said);
+  snprintf(body, sizeof body, "%s", text + name_length + 1);
+  key_values values = {0};
+  double level = 0;
+  THRUM_TRY(take_keys(body, said, &values, error));
+  if (!config_parse_number(body, &level))
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "%.200s: '%.60s' is not a number", said,
+                           body);
+  THRUM_TRY(make_course(kind, &values, said, course, error));
+  *strength = level;
   return THRUM_OK;
 }
 

@@ -59,6 +59,11 @@ bool load_spec_begins(const char *text);
 /* Parses a load; a failure is a mistake of usage. *load is untouched then. */
 thrum_status load_spec_parse(const char *text, load_spec *load, thrum_error *error);
 
+/* Parses a strength with its course over time, KIND:STRENGTH[,key=value...], in the same words.
+ * `said` begins the message of a failure, which is a mistake of usage. */
+thrum_status load_course_parse(const char *text, const char *said, double *strength,
+                               thrum_load *course, thrum_error *error);
+
 /* reduced (rank) = U^T of the load at its full strength, zero where all of its vertices are held.
  * Fails when the model has no such group or vertex, or no basis. */
 thrum_status load_spec_reduce(const thrum_model *model, const load_spec *load, double *reduced,

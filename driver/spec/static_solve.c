@@ -34,9 +34,26 @@ static void warn_idle(const thrum_model *model, const char *said, const double *
         said);
 }
 
-thrum_status static_solve(const static_problem *problem, double *q, double *mode,
-                          thrum_equilibrium_report *report, thrum_error *error) {
-  const thrum_model *model = problem->model;
+/* The model under the levels of the problem; *levels are the caller's to free, and NULL where
+ * nothing acts. */
+static thrum_status act_on(const static_problem *problem, double **levels, thrum_model *acting,
+                           thrum_error *error) {
+  double whole[THRUM_ACTUATORS_MAX];
+  if (problem->actuate_count == 0)
+    return THRUM_OK;
+  THRUM_TRY(actuate_specs_check(problem->model, problem->actuates, problem->actuate_count, error));
+  actuate_specs_strength(problem->model, problem->actuates, problem->actuate_count, 1, whole);
+  THRUM_TRY(thrum_reserve(levels, thrum_model_actuation_count(problem->model), sizeof **levels,
+                          "the levels", error));
+  const thrum_status status = thrum_model_actuate(problem->model, whole, *levels, acting, error);
+  if (status < 0)
+    free(*levels);
+  return status;
+}
+
+/* The equilibrium of the model, which has its levels. */
+static thrum_status solve_for(const static_problem *problem, const thrum_model *model, double *q,
+                              double *mode, thrum_equilibrium_report *report, thrum_error *error) {
   size_t size = 0;
   double one[THRUM_RANK_MAX], sum[THRUM_RANK_MAX] = {0};
   THRUM_TRY(thrum_equilibrium_size(model, &size, error));
@@ -45,7 +62,8 @@ thrum_status static_solve(const static_problem *problem, double *q, double *mode
   THRUM_TRY(thrum_reserve_aligned(&workspace, size, "an equilibrium", error));
 
   // a load that nothing answers is a mistake more often than not
-  warn_idle(model, problem->said, sum);
+  if (problem->actuate_count == 0)
+    warn_idle(model, problem->said, sum);
 
   // an answer is continued from the forces that hold it
   thrum_equilibrium_def def = problem->def;
@@ -64,6 +82,18 @@ thrum_status static_solve(const static_problem *problem, double *q, double *mode
 
   free(workspace);
   return config_error_in(error, status, "%.200s", problem->said);
+}
+
+thrum_status static_solve(const static_problem *problem, double *q, double *mode,
+                          thrum_equilibrium_report *report, thrum_error *error) {
+  const thrum_model *model = problem->model;
+  thrum_model acting;
+  double *levels = NULL;
+  THRUM_TRY(act_on(problem, &levels, &acting, error));
+  model = levels != NULL ? &acting : model;
+  const thrum_status status = solve_for(problem, model, q, mode, report, error);
+  free(levels);
+  return status;
 }
 
 double static_hertz(double omega2) {

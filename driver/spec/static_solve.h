@@ -2,6 +2,7 @@
 #ifndef THRUM_DRIVER_SPEC_STATIC_SOLVE_H
 #define THRUM_DRIVER_SPEC_STATIC_SOLVE_H
 
+#include "driver/spec/actuate_spec.h"
 #include "driver/spec/load_spec.h"
 
 /* The receiver of each point of the load path; `report` may be NULL. */
@@ -16,6 +17,8 @@ typedef struct static_problem {
   const char *said; /* a failure and warnings begin with it */
   const load_spec *loads;
   int64_t count;
+  const actuate_spec *actuates; /* and levels of actuators at their full strength */
+  int64_t actuate_count;
   bool from; /* q is an equilibrium under some load, from which the path goes to these */
   static_progress progress;
   thrum_equilibrium_def def;

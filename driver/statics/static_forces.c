@@ -246,6 +246,12 @@ thrum_status static_forces_reduced(const static_request *request, const thrum_mo
   for (int64_t c = 0; c < all; c++)
     loads[c] *= request->def.factor;
   THRUM_THEN(status, thrum_model_fem_elements(model, &body, error));
+  if (status >= 0 && request->actuate_count > 0) {
+    status = thrum_model_fem_actuate(model, &body, error);
+    if (status >= 0)
+      actuate_specs_strength(model, request->actuates, request->actuate_count, request->def.factor,
+                             body.acting->levels);
+  }
   if (status >= 0) {
     const thrum_fem_inversion inversion = thrum_fem_inverted(&body.fem, u);
     forces->inverted = inversion.count;

@@ -169,6 +169,14 @@ static thrum_status add_loads(const static_request *request, const thrum_model *
                               "--load '%.100s'", load->text));
   }
 
+  if (request->actuate_count > 0) {
+    double levels[THRUM_ACTUATORS_MAX];
+    THRUM_TRY(actuate_specs_check(model, request->actuates, request->actuate_count, error));
+    actuate_specs_strength(model, request->actuates, request->actuate_count, request->def.factor,
+                           levels);
+    THRUM_TRY(thrum_full_set_actuation(s->body, levels, error));
+  }
+
   // moves grow with the same factor as the loads
   for (int64_t c = 0; c < 3 * model->vertex_count; c++) {
     s->forces[c] *= request->def.factor;
@@ -179,7 +187,7 @@ static thrum_status add_loads(const static_request *request, const thrum_model *
 
 /* Warns of loads that are allowed and yet hardly meant, as static_solve.c does. */
 static void warn_idle(const static_request *request, const thrum_model *model, const search *s) {
-  bool idle = request->move_count == 0;
+  bool idle = request->move_count == 0 && request->actuate_count == 0;
   for (int64_t c = 0; c < 3 * model->vertex_count && idle; c++)
     idle = s->forces[c] == 0 || (model->fixed[c / 3] >> c % 3 & 1) != 0;
   if (idle)

@@ -58,6 +58,42 @@ static thrum_status fill_forces(const static_request *request, const thrum_model
   return THRUM_OK;
 }
 
+/* Adds what the actuators do where the answer is. */
+static thrum_status add_acting(const static_answer *answer, double *forces, thrum_error *error) {
+  const static_request *request = answer->request;
+  const thrum_model *model = answer->model;
+  const int64_t all = 3 * model->vertex_count;
+  thrum_model_fem body = {0};
+  double *u = NULL;
+  if (request->actuate_count == 0)
+    return THRUM_OK;
+  THRUM_TRY(thrum_reserve(&u, 2 * all, sizeof *u, "the monitor", error));
+  thrum_status status = thrum_model_fem_elements(model, &body, error);
+  THRUM_THEN(status, thrum_model_fem_actuate(model, &body, error));
+  THRUM_THEN(status, thrum_displacement(model, answer->q, 0, model->vertex_count, u, error));
+  if (status >= 0) {
+    actuate_specs_strength(model, request->actuates, request->actuate_count, request->def.factor,
+                           body.acting->levels);
+    thrum_fem_acting_energy(&body.fem, u, u + all);
+    for (int64_t c = 0; c < all; c++)
+      forces[c] -= u[all + c];
+  }
+  thrum_model_fem_free(&body);
+  free(u);
+  return status;
+}
+
+/* The body of the mesh under the same levels. */
+static thrum_status set_levels(const static_answer *answer, thrum_full *body, thrum_error *error) {
+  const static_request *request = answer->request;
+  double levels[THRUM_ACTUATORS_MAX];
+  if (request->actuate_count == 0)
+    return THRUM_OK;
+  actuate_specs_strength(answer->model, request->actuates, request->actuate_count,
+                         request->def.factor, levels);
+  return thrum_full_set_actuation(body, levels, error);
+}
+
 /* So many corrections as take about as long as a judgement may. */
 static int32_t affordable(const thrum_basis_judge *judge, const basis_asked *asked) {
   const thrum_model_statics *statics = thrum_basis_judge_statics(judge);
@@ -86,6 +122,7 @@ static thrum_status go_on(const static_answer *answer, const double *forces, int
   thrum_status status = thrum_displacement(model, answer->q, 0, model->vertex_count, u, error);
   THRUM_THEN(status, thrum_full_create(model, NULL, &def, &body, error));
   THRUM_THEN(status, thrum_full_displace(body, u, error));
+  THRUM_THEN(status, set_levels(answer, body, error));
   THRUM_THEN(status, thrum_full_correct(body, forces, corrections, &found, &ended, error));
   if (status >= 0) {
     thrum_full_get(body, there, NULL);
@@ -124,7 +161,9 @@ static thrum_status look_whole(const static_answer *answer, basis_estimate *esti
   thrum_status status =
       thrum_reserve(&forces, 3 * model->vertex_count, sizeof *forces, "the monitor", error);
   THRUM_THEN(status, fill_forces(answer->request, model, forces, error));
+  THRUM_THEN(status, add_acting(answer, forces, error));
   THRUM_THEN(status, thrum_basis_judge_look(judge, answer->q, forces, 0, &moved, &lacking, error));
+  THRUM_THEN(status, fill_forces(answer->request, model, forces, error));
   const bool known = status >= 0 && moved > 0 && isfinite(moved) && isfinite(lacking);
   if (known) {
     *estimate = basis_estimate_none(NULL);

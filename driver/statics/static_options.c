@@ -9,6 +9,11 @@
 
 #define FACTOR_MAX 1e12
 
+static thrum_status take_actuate(const config_given *given, void *request) {
+  static_request *r = request;
+  return actuate_option_take(given, r->actuates, &r->actuate_count);
+}
+
 static thrum_status take_load(const config_given *given, void *request) {
   static_request *r = request;
   return load_option_take(given, r->loads, &r->load_count);
@@ -76,6 +81,10 @@ static const config_option options[] = {
     OPTION_LOAD(take_load, NULL,
                 "as of thrum simulate, at its full strength (a sine's amplitude); when it acts "
                 "plays no part; the loads act together"),
+
+    OPTION_ACTUATE(take_actuate,
+                   "the level of an actuator, as of thrum simulate, at its full strength; the "
+                   "levels grow with the load, so that the path is one in pressure"),
 
     // how far the load goes, and where the answer is read off
     OPTION_NUMBER("factor", NULL, "1", "so many times the loads", AT(def.factor),
@@ -235,7 +244,7 @@ int static_options_read(int argc, char **argv, static_request *request) {
     return config_usage("static", "--stay is of a reduced model; leave it out with --full");
 
   // something must act on the body; the targets of its loads are shown unless others are named
-  if (request->load_count == 0 && request->move_count == 0)
+  if (request->load_count == 0 && request->move_count == 0 && request->actuate_count == 0)
     return config_usage("static", "under which load? such as --load gravity:0,0,-9.81");
   if (request->target_count == 0)
     default_targets(request);

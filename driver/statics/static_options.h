@@ -4,6 +4,7 @@
 
 #include "config/options.h"
 #include "driver/make/mesh_model.h"
+#include "driver/spec/actuate_spec.h"
 #include "driver/spec/basis_asked.h"
 #include "driver/spec/load_spec.h"
 #include "precompute/full/full.h"
@@ -42,6 +43,8 @@ typedef struct static_request {
   int64_t target_count;
   load_spec *loads;
   int64_t load_count;
+  actuate_spec *actuates; /* at their full strength */
+  int64_t actuate_count;
   bool full;          /* the whole mesh in place of the model */
   static_move *moves; /* of --full */
   int64_t move_count;

@@ -113,7 +113,7 @@ THRUM_API thrum_status thrum_equilibrium_size(const thrum_model *model, size_t *
                                               thrum_error *error);
 
 /* Follows the equilibrium from no load to def->factor times `load` (rank, U^T f_ext,
- * [kg^1/2 m/s^2]).
+ * [kg^1/2 m/s^2]). The levels of a model of thrum_model_actuate grow with it.
  *
  * q (rank) holds the start on entry, zeros for the shape at rest; another start is first relaxed
  * without load, or under the base. On return it holds the equilibrium. mode (rank, may be NULL)

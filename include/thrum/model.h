@@ -43,6 +43,8 @@ extern "C" {
 #define THRUM_MODEL_FORMAT_MINOR_POINTS 2
 /* Added to that of a model with parameters, `region_energy`. */
 #define THRUM_MODEL_FORMAT_MINOR_PARAMETERS 1
+/* Added to that of a model with actuators, `actuator_kind`. */
+#define THRUM_MODEL_FORMAT_MINOR_ACTUATORS 4
 /* Places [m] and velocities [m/s] beyond this are refused: squares and products of them are finite.
  */
 #define THRUM_PLACE_MAX 1e30
@@ -58,6 +60,16 @@ typedef enum thrum_training_number {
   THRUM_TRAINING_LEARNED, /* 1: the gradients were learned, and are of no place of the body; or 0 */
   THRUM_TRAINING_NUMBERS
 } thrum_training_number;
+
+/* What an actuator is (thrum/actuation.h). */
+typedef enum thrum_actuator_kind {
+  THRUM_ACTUATOR_PRESSURE, /* on a surface, with a volume; level: pressure [Pa] */
+  THRUM_ACTUATOR_STRAIN,   /* of a region, that it would have if it were free; level: 1 of it */
+  THRUM_ACTUATOR_TENDON,   /* through guides; level: tension [N] */
+  THRUM_ACTUATOR_GAS       /* of a fixed amount; level: pressure above that outside at rest [Pa] */
+} thrum_actuator_kind;
+#define THRUM_ACTUATORS_MAX 256 /* of a model */
+#define THRUM_GUIDES_MAX 64     /* of a tendon */
 
 /* Sizes of a model. X(name, meaning). A size is bound by the first array that carries it. */
 #define THRUM_MODEL_SIZES(X)                                                                       \
@@ -81,7 +93,13 @@ typedef enum thrum_training_number {
   X(energy_size, "numbers of an energy of parameters, rank^2 + c3_count + c4_count; 0: none")      \
   X(mass_size, "numbers of a mass of parameters, rank (rank + 3); 0: none")                        \
   X(solid_count, "elements whose shape alone the tetrahedra are; 0: these are the elements")       \
-  X(solid_node_count, "nodes of all of them")
+  X(solid_node_count, "nodes of all of them")                                                      \
+  X(actuator_count, "actuators; 0: none")                                                          \
+  X(actuator_bytes, "bytes of their texts, each ended by one 0")                                   \
+  X(actuator_square, "rank^2; 0: no actuators")                                                    \
+  X(chamber_count, "actuators of kinds 0 and 3, which have volumes")                               \
+  X(actuator_cube, "rank^2 (rank+1) / 2; 0: no chambers")                                          \
+  X(guide_count, "points through which tendons run")
 
 /* The arrays, in file order. X(type, name, rows, columns, presence, meaning):
  * type f8 | i4 | u1; rows and columns are a size's name or a literal (columns 1: a plain vector);
@@ -93,7 +111,9 @@ typedef enum thrum_training_number {
  * go, or in the place of the law point_region and region_law; region_energy and region_mass
  * together, with c3 and a mesh: thrum/parameters.h). With midsides the tetrahedra have
  * ten nodes: those of a row of tets, its corners, then the middle nodes of the edges 01, 12, 20,
- * 03, 13, 23. The four arrays of solids come together, with vertices and without midsides. */
+ * 03, 13, 23. The four arrays of solids come together, with vertices and without midsides. The five
+ * actuator arrays come together, actuator_cubic where some have volumes, and the three of guides
+ * where some are tendons: thrum/actuation.h). */
 #define THRUM_MODEL_ARRAYS(X)                                                                      \
   X(i4, format, 2, 1, REQUIRED, "version of the format: major, minor")                             \
   X(u1, meta, meta_bytes, 1, OPTIONAL, "UTF-8 JSON about the model; the runtime never reads it")   \
@@ -142,8 +162,25 @@ typedef enum thrum_training_number {
     "of 8, 20, 6, 7 solid-shell wedges and hexahedra")                                             \
   X(i4, solid_ends, solid_count, 1, OPTIONAL, "end of each element's run in solid_nodes")          \
   X(i4, solid_nodes, solid_node_count, 1, OPTIONAL, "0-based, in the order of Abaqus and VTK")     \
-  X(i4, solid_tet_ends, solid_count, 1, OPTIONAL, "end of each element's run among the tetrahedra")
-/* basis_rows is 3 * vertex_count, point_rows 9 * point_count, modulus_rows 2 * region_count */
+  X(i4, solid_tet_ends, solid_count, 1, OPTIONAL,                                                  \
+    "end of each element's run among the tetrahedra")                                              \
+  X(u1, actuator_texts, actuator_bytes, 1, OPTIONAL,                                               \
+    "NAME=SPEC of each actuator, as precompute --actuator has it, ended by one 0")                 \
+  X(i4, actuator_kind, actuator_count, 1, OPTIONAL, "0 pressure, 1 eigenstrain, 2 tendon, 3 gas")  \
+  X(f8, actuator_rest, actuator_count, 3, OPTIONAL,                                                \
+    "volume [m^3] or length [m] at rest, of a gas the pressure outside [Pa], and the share of "    \
+    "its static answer that the basis holds")                                                      \
+  X(f8, actuator_linear, actuator_count, rank, OPTIONAL,                                           \
+    "force at rest of level 1 on each coordinate; of tendons 0")                                   \
+  X(f8, actuator_quadratic, actuator_count, actuator_square, OPTIONAL,                             \
+    "what q adds to that force, rank x rank, symmetric; of tendons 0")                             \
+  X(f8, actuator_cubic, chamber_count, actuator_cube, OPTIONAL,                                    \
+    "of each chamber: row (i, j), i <= j, i outermost, has what q_i q_j adds to it (rank)")        \
+  X(i4, guide_ends, actuator_count, 1, OPTIONAL, "end of each actuator's run of guides")           \
+  X(f8, guide_places, guide_count, 3, OPTIONAL, "guides of the tendons at rest [m]")               \
+  X(f8, guide_rows, guide_axes, rank, OPTIONAL, "rows 3 g + axis: how they move [kg^-1/2]")
+/* basis_rows is 3 * vertex_count, point_rows 9 * point_count, modulus_rows 2 * region_count,
+ * guide_axes 3 * guide_count */
 
 typedef double thrum_f8;
 typedef int32_t thrum_i4;
@@ -176,6 +213,9 @@ typedef struct thrum_model {
    * them what (18.7) adds to V; NULL: it is elastic. Files hold none. A state that may flow steps
    * with a copy of the model that has the state's own here. */
   const double *point_plastic;
+  /* The levels of the actuators, and behind them what each state keeps of them; NULL: all passive.
+   * Files hold none. A state steps with a copy of the model that has its own here. */
+  const double *levels;
   /* 9 + 9 rank (rank + 1) numbers of thrum_inertia_numbers, from which thrum_inertia_create makes
    * the inertia of a free body's shape in place of a mesh; NULL: of the mesh. Files hold none, and
    * a locked, scaled or condensed model has none. */

@@ -3,6 +3,7 @@
 #ifndef THRUM_THRUM_H
 #define THRUM_THRUM_H
 
+#include "thrum/actuation.h"
 #include "thrum/api.h"
 #include "thrum/base_motion.h"
 #include "thrum/batch.h"

@@ -52,7 +52,8 @@ typedef struct thrum_fem {
                             NULL, as it is made: none */
   double *density;       /* region_count [kg/m^3] */
   const double *springs; /* the mesh's, vertex_count x 3 [N/m]; NULL: none hold it to the ground */
-  int64_t *incident_begin;     /* vertex_count + 1 */
+  const struct thrum_fem_acting *acting; /* fem_actuators.h, borrowed; NULL: nothing acts */
+  int64_t *incident_begin;               /* vertex_count + 1 */
   int64_t *incident;           /* node_count tet_count: node_count t + node of the tets around each
                                   vertex; of solids their numbers alone, as often as they have nodes */
   thrum_solid_elements solids; /* where the mesh has some: all elements, and there are no tets */

@@ -14,6 +14,7 @@
 #include <string.h>
 
 #include "platform/allocate.h"
+#include "precompute/fem/fem_actuators.h"
 #include "precompute/fem/fem_solids.h"
 
 static int ascending(const void *left, const void *right) {
@@ -247,6 +248,7 @@ static void assemble(const thrum_fem *fem, const double *u, bool positive,
   // a column begins with its diagonal
   for (int64_t i = 0; fem->springs && i < fem->free_count; i++)
     stiffness->value[stiffness->begin[i]] += fem->springs[fem->component[i]];
+  thrum_fem_acting_stiffness(fem, u, stiffness);
 }
 
 thrum_status thrum_fem_stiffness(const thrum_fem *fem, const double *u, thrum_sparse *stiffness,
@@ -437,5 +439,6 @@ double thrum_fem_energy(const thrum_fem *fem, const double *u, double *force) {
       energy += add_point(fem, t, p, u, force);
   if (fem->solids.count > 0)
     energy += thrum_fem_solids_energy(fem, u, force);
+  energy += thrum_fem_acting_energy(fem, u, force);
   return energy + thrum_fem_add_springs(fem, 1, u, force);
 }

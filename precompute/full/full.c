@@ -74,6 +74,10 @@ static thrum_status allocate(thrum_full *full) {
 #define X(name) full->name = thrum_scope_allocate(&full->memory, all, sizeof(double));
   FULL_FIELDS(X)
 #undef X
+  if (full->body.acting)
+    full->acted = thrum_scope_allocate(&full->memory, 2 * all, sizeof(double));
+  if (full->body.acting)
+    full->levels = thrum_scope_allocate(&full->memory, full->body.acting->count, sizeof(double));
   return full->memory.status;
 }
 
@@ -115,13 +119,16 @@ static thrum_status hold(thrum_full *full, const uint8_t *held, thrum_error *err
   seen.fixed = full->fixed;
   THRUM_TRY(thrum_model_fem_create(&seen, &full->body, error));
   full->body.fem.law = full->def.law;
+  THRUM_TRY(thrum_model_fem_actuate(&seen, &full->body, error));
   if (full->def.quadrature == THRUM_FULL_EXACT)
     return THRUM_OK;
 
   // masses stay exact; forces and the stiffness at rest are those of four points
   THRUM_TRY(thrum_fem_create_of_order(&full->body.mesh, full->fixed, 2, &full->four, error));
   full->four.law = full->def.law;
-  return thrum_fem_stiffness(&full->four, NULL, &full->body.stiffness, error);
+  THRUM_TRY(thrum_fem_stiffness(&full->four, NULL, &full->body.stiffness, error));
+  full->four.acting = full->body.acting;
+  return THRUM_OK;
 }
 
 static thrum_status fill(thrum_full *full, const uint8_t *held, thrum_error *error) {
@@ -235,6 +242,26 @@ thrum_status thrum_full_set_force(thrum_full *full, const double *forces, thrum_
   return THRUM_OK;
 }
 
+thrum_status thrum_full_set_actuation(thrum_full *full, const double *levels, thrum_error *error) {
+  struct thrum_fem_acting *acting = full->body.acting;
+  if (!acting)
+    return thrum_error_set(error, THRUM_UNSUPPORTED,
+                           "the model has no actuators: make it with thrum precompute --actuator");
+  if (levels && !thrum_all_finite(levels, acting->count))
+    return thrum_error_set(error, THRUM_BAD_VALUE, "a level is not finite");
+  for (int64_t k = 0; k < acting->count; k++) {
+    const double level = levels ? levels[k] : 0;
+    full->fresh = full->fresh || level != acting->levels[k];
+    acting->levels[k] = full->levels[k] = level;
+  }
+  return THRUM_OK;
+}
+
+double thrum_full_acting_energy(thrum_full *full) {
+  full_place(full, full->u, 0, NULL, full->place);
+  return thrum_fem_acting_energy(full_elastic(full), full->place, NULL);
+}
+
 /* One step of the present dt; the body is untouched unless it is done. */
 static thrum_status step_once(thrum_full *full, thrum_error *error) {
   const int64_t n = full->body.fem.free_count;
@@ -324,7 +351,8 @@ thrum_status thrum_full_step(thrum_full *full, thrum_error *error) {
 thrum_full_energies thrum_full_energy(const thrum_full *full) {
   thrum_full_energies found = {0, 0, 0};
   full_place(full, full->u, 0, NULL, full->place);
-  found.potential = thrum_fem_energy(full_elastic(full), full->place, NULL);
+  found.potential = thrum_fem_energy(full_elastic(full), full->place, NULL) -
+                    thrum_fem_acting_energy(full_elastic(full), full->place, NULL);
   if (full->def.scheme == THRUM_FULL_CENTRAL) {
     for (int64_t i = 0; i < full->body.fem.free_count; i++)
       found.kinetic += 0.5 * full->lumped[i] * full->v[i] * full->v[i];

@@ -131,6 +131,14 @@ void thrum_full_get(const thrum_full *full, double *u, double *v);
 /* Forces [N] of the steps to come: their mean over a step, as of thrum_state_set_force. */
 thrum_status thrum_full_set_force(thrum_full *full, const double *forces, thrum_error *error);
 
+/* Levels of the model's actuators in the steps and equilibria to come, one for each (thrum/
+ * actuation.h); NULL: zero. THRUM_UNSUPPORTED where it has none. */
+thrum_status thrum_full_set_actuation(thrum_full *full, const double *levels, thrum_error *error);
+
+/* What the actuators under their levels add to the energy where the body is [J]; 0 without any.
+ * What it falls by in a step is their work. */
+double thrum_full_acting_energy(thrum_full *full);
+
 /* One step. THRUM_NOT_CONVERGED and THRUM_NOT_FINITE leave the body as it was. */
 thrum_status thrum_full_step(thrum_full *full, thrum_error *error);
 

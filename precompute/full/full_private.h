@@ -39,6 +39,8 @@ struct thrum_full {
   uint8_t *fixed;       /* vertex_count: held, the model's and others */
 
   /* Matrices on one pattern, and what solves with them. */
+  double *acted;                          /* 6 vertex_count, where actuators act; else NULL */
+  double *levels;                         /* of the actuators, as they were set; likewise */
   thrum_sparse tangent;                   /* values of its own on the pattern of the stiffness */
   thrum_sparse system;                    /* the same */
   int64_t *mass_slot;                     /* place of each entry of the mass in that pattern */

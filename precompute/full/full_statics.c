@@ -115,10 +115,11 @@ thrum_status thrum_full_rest_under(thrum_full *full, const thrum_full_loading *l
   full->fresh = true;
 
   // at the equilibrium the body is at rest; without one it is as it was
+  full_statics_act(full, 1);
   if (status >= 0) {
     memset(full->v, 0, (size_t)n * sizeof *full->v);
-    made.energy = s.energy;
-    made.load_energy = loading->follower_count > 0 ? NAN : s.merit - s.energy;
+    made.energy = s.energy - thrum_full_acting_energy(full);
+    made.load_energy = loading->follower_count > 0 ? NAN : s.merit - made.energy;
     *found = made;
   } else {
     memcpy(full->u, start, (size_t)n * sizeof *start);

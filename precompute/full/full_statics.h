@@ -26,6 +26,9 @@ typedef struct full_search {
   thrum_status failure; /* no memory, so that the search cannot go on; else THRUM_OK */
 } full_search;
 
+/* Gives the actuators this factor of their levels. */
+void full_statics_act(thrum_full *full, double factor);
+
 /* Residual at u under factor times the load; held components as the factor has them. */
 void full_statics_evaluate(full_search *s, double factor);
 

@@ -31,11 +31,19 @@ static void place_held(const full_search *s, double factor) {
     full_turns_place(s->loading, fem->vertices, s->from, factor, full->held);
 }
 
+/* Levels of actuators grow with the load. */
+void full_statics_act(thrum_full *full, double factor) {
+  struct thrum_fem_acting *acting = full->body.acting;
+  for (int64_t k = 0; acting && k < acting->count; k++)
+    acting->levels[k] = factor * full->levels[k];
+}
+
 /* Residual at u under factor times the load; held components as the factor has them. */
 void full_statics_evaluate(full_search *s, double factor) {
   thrum_full *full = s->full;
   const thrum_fem *fem = &full->body.fem;
   place_held(s, factor);
+  full_statics_act(full, factor);
   for (int64_t i = 0; i < fem->free_count; i++)
     full->r[i] = factor * full->f[i];
   for (int64_t i = 0; s->hold && i < fem->free_count; i++)

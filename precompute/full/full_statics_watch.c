@@ -65,7 +65,8 @@ static void take_drive(branch *b) {
   full_search *s = b->s;
   thrum_full *full = s->full;
   const int64_t n = full->body.fem.free_count;
-  if (s->loading->moves == NULL && s->hold == NULL && s->loading->turn_count == 0) {
+  if (s->loading->moves == NULL && s->hold == NULL && s->loading->turn_count == 0 &&
+      full->body.acting == NULL) {
     memcpy(b->drive, full->f, (size_t)n * sizeof *b->drive);
     return;
   }

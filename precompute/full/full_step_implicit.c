@@ -70,6 +70,23 @@ static void add_mean_springs(thrum_full *full) {
     full->forces[c] += fem->springs[c] * 0.5 * (full->place[c] + full->place_to[c]);
 }
 
+/* Adds the mean forces of what acts: the integral over the way, by Simpson's rule, which is exact
+ * for volumes and strains. */
+static void add_mean_actuators(thrum_full *full) {
+  const thrum_fem *fem = full_elastic(full);
+  const int64_t all = 3 * fem->vertex_count;
+  if (!fem->acting)
+    return;
+  for (int k = 0; k < 3; k++) {
+    for (int64_t c = 0; c < all; c++)
+      full->acted[c] = (1 - 0.5 * k) * full->place[c] + 0.5 * k * full->place_to[c];
+    memset(full->acted + all, 0, (size_t)all * sizeof *full->acted);
+    thrum_fem_acting_energy(fem, full->acted, full->acted + all);
+    for (int64_t c = 0; c < all; c++)
+      full->forces[c] += (k == 1 ? 4 : 1) / 6.0 * full->acted[all + c];
+  }
+}
+
 /* r -= R-bar between full->place and full->place_to. */
 static void take_mean_forces(thrum_full *full, double *r) {
   const thrum_fem *fem = full_elastic(full);
@@ -78,6 +95,7 @@ static void take_mean_forces(thrum_full *full, double *r) {
     for (int p = 0; p < fem->point_count; p++)
       add_mean_forces(full, t, p);
   add_mean_springs(full);
+  add_mean_actuators(full);
   thrum_fem_solids_mean_force(fem, full->place, full->place_to, full->forces);
 
   for (int64_t i = 0; i < fem->free_count; i++)

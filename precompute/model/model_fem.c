@@ -8,6 +8,7 @@
 #include "platform/allocate.h"
 #include "precompute/fem/quadrature.h"
 #include "precompute/model/model_fill.h"
+#include "thrum/actuation.h"
 
 void thrum_model_return_mesh(thrum_mesh *mesh) {
   free(mesh->materials);
@@ -147,7 +148,57 @@ thrum_status thrum_model_fem_elements(const thrum_model *model, thrum_model_fem 
   return status;
 }
 
+/* The groups of a model, for as long as its mesh needs them. */
+static thrum_status lend_groups(const thrum_model *model, thrum_mesh *mesh, thrum_error *error) {
+  THRUM_TRY(
+      thrum_reserve(&mesh->groups, model->group_count, sizeof *mesh->groups, "the groups", error));
+  mesh->group_count = model->group_count;
+  for (int64_t g = 0; g < model->group_count; g++) {
+    const int64_t begin = g > 0 ? model->group_ends[g - 1] : 0;
+    mesh->groups[g] =
+        (thrum_group){.name = thrum_model_writable(thrum_model_group_name(model, g)),
+                      .count = model->group_ends[g] - begin,
+                      .vertices = (int32_t *)thrum_model_writable(model->group_vertices) + begin};
+  }
+  return THRUM_OK;
+}
+
+thrum_status thrum_model_fem_actuate(const thrum_model *model, thrum_model_fem *body,
+                                     thrum_error *error) {
+  const int64_t count = thrum_model_actuators(model);
+  if (count == 0)
+    return THRUM_OK;
+  struct thrum_fem_acting *acting = NULL;
+  THRUM_TRY(
+      thrum_reserve(&body->actuators, count, sizeof *body->actuators, "the actuators", error));
+  THRUM_TRY(thrum_reserve(&body->acting, 1, sizeof *body->acting, "the actuators", error));
+  acting = body->acting;
+  acting->count = count;
+  acting->actuators = body->actuators;
+  THRUM_TRY(
+      thrum_reserve(&acting->levels, 2 * count, sizeof *acting->levels, "the actuators", error));
+  acting->rest = acting->levels + count;
+  thrum_status status = lend_groups(model, &body->mesh, error);
+  for (int64_t k = 0; k < count && status >= 0; k++)
+    status = thrum_actuator_read(&body->mesh, model->fixed, thrum_model_actuator_text(model, k),
+                                 &body->actuators[k], error);
+  free(body->mesh.groups);
+  body->mesh.groups = NULL;
+  body->mesh.group_count = 0;
+  for (int64_t k = 0; k < count && status >= 0; k++)
+    acting->rest[k] = thrum_fem_actuator_rest(&body->fem, &body->actuators[k]);
+  if (status >= 0)
+    body->fem.acting = acting;
+  return status;
+}
+
 void thrum_model_fem_free(thrum_model_fem *body) {
+  for (int64_t k = 0; body->acting && k < body->acting->count; k++)
+    thrum_actuator_free(&body->actuators[k]);
+  if (body->acting)
+    free(body->acting->levels);
+  free(body->acting);
+  free(body->actuators);
   thrum_fem_free(&body->fem);
   thrum_sparse_free(&body->stiffness);
   thrum_sparse_free(&body->mass);

@@ -3,13 +3,15 @@
 #ifndef THRUM_PRECOMPUTE_MODEL_MODEL_FEM_H
 #define THRUM_PRECOMPUTE_MODEL_MODEL_FEM_H
 
-#include "precompute/fem/fem.h"
+#include "precompute/fem/fem_actuators.h"
 #include "thrum/model.h"
 
 typedef struct thrum_model_fem {
   thrum_mesh mesh; /* borrows the model's arrays; materials and laws are its own */
   thrum_fem fem;
-  thrum_sparse stiffness, mass; /* on the free components */
+  thrum_sparse stiffness, mass;    /* on the free components */
+  thrum_actuator *actuators;       /* the model's, read again; NULL: none were asked for */
+  struct thrum_fem_acting *acting; /* their levels, which the fem has */
   thrum_mass kind; /* the mass in which the model's basis is orthonormal; consistent without one */
 } thrum_model_fem;
 
@@ -28,6 +30,11 @@ thrum_status thrum_model_fem_create(const thrum_model *model, thrum_model_fem *b
  * and strains alone. */
 thrum_status thrum_model_fem_elements(const thrum_model *model, thrum_model_fem *body,
                                       thrum_error *error);
+
+/* Reads the actuators of the model, which the body has at level 0 from then on: a gas acts at once.
+ * Nothing where the model has none. */
+thrum_status thrum_model_fem_actuate(const thrum_model *model, thrum_model_fem *body,
+                                     thrum_error *error);
 void thrum_model_fem_free(
     thrum_model_fem *body); /* leaves it empty; an empty (zeroed) one is fine */
 

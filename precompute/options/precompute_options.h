@@ -155,6 +155,14 @@ typedef struct thrum_precompute_options {
   /* Number of `handles`; >= 0, default 0. Larger: more of the rank goes to them. */
   int64_t handle_count;
 
+  /* Actuators (mesh/actuator.h): their static shapes and as many directions of their derivatives
+   * are in the span of U beside the rank that is given, and their polynomials in the model; default
+   * none. `rank` 0 then stands for 2 actuator_count more. */
+  const struct thrum_actuator *actuators;
+
+  /* Number of `actuators`; 0 to THRUM_ACTUATORS_MAX, default 0. */
+  int64_t actuator_count;
+
   /* Shapes that are in the span of U beside the rank - trained_count vectors of modes and
    * derivatives: trained_count fields of 3 vertex_count each, one after the other, mass-independent
    * of those and of each other; default NULL. Fewer than `rank`. */

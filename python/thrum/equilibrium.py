@@ -29,6 +29,7 @@ class EquilibriumOptions(TypedDict, total=False):
     steps_max: int
     iterations_max: int
     stay: bool
+    actuation: Any  # levels of actuators by name, which grow with the load
 
 
 @dataclass(frozen=True, repr=False)
@@ -73,12 +74,24 @@ def _warn_of(model: Model, shown: Array) -> None:
                      "way: do not trust this shape")
 
 
+def _acting(model: Model, actuation: Any) -> tuple[Any, Any]:
+    """The model under these levels, and what keeps them alive."""
+    if actuation is None:
+        return model._c, None
+    memory = np.zeros(lib.thrum_model_actuation_count(model._c))
+    made = ffi.new("thrum_model *")
+    call(lib.thrum_model_actuate, model._c, _native.pointer(model._levels(actuation)), _native.pointer(memory), made)
+    return made, (memory, made)
+
+
 def find(model: Model, load: Any, q: Any, options: dict[str, Any]) -> Equilibrium:
     """`Model.equilibrium`: NotConverged says how far the load was followed, a RuntimeWarning what not to believe."""
     rank = model.rank
     force = _native.doubles(load, (rank,), "load")
     at = np.zeros(rank) if q is None else _native.doubles(q, (rank,), "q").copy()
     mode = np.zeros(rank)
+    options = dict(options)
+    acting, levels = _acting(model, options.pop("actuation", None))
     definition = ffi.new("thrum_equilibrium_def *")
     lib.thrum_equilibrium_def_init(definition, ffi.sizeof("thrum_equilibrium_def"))
     for name, value in options.items():
@@ -87,10 +100,10 @@ def find(model: Model, load: Any, q: Any, options: dict[str, Any]) -> Equilibriu
         setattr(definition, name, value)
 
     size, report = ffi.new("size_t *"), ffi.new("thrum_equilibrium_report *")
-    call(lib.thrum_equilibrium_size, model._c, size)
+    call(lib.thrum_equilibrium_size, acting, size)
     workspace = AlignedBlock(size[0])
     _native.call_interruptible(
-        (model._handle(), force, at, mode, workspace), lib.thrum_equilibrium, model._c, definition, _native.pointer(force),
+        (model._handle(), levels, force, at, mode, workspace), lib.thrum_equilibrium, acting, definition, _native.pointer(force),
         _native.pointer(at), _native.pointer(mode), workspace.place, workspace.size, ffi.NULL, ffi.NULL, report)
 
     _warn_of(model, model.shape(at, force * report.factor) if model.shown == rank else model.shape(at))

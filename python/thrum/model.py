@@ -184,6 +184,22 @@ class Model:
         return int(self._shape.tet_count)
 
     @property
+    def actuators(self) -> list[str]:
+        """Names of what acts on the body, `actuation` of a state; made by precompute(actuator=["air=chamber:inside"])."""
+        count = lib.thrum_model_actuators(self._c)
+        return [ffi.string(lib.thrum_model_actuator_text(self._c, k)).decode().split("=")[0] for k in range(count)]
+
+    def _levels(self, value: Any, before: dict[str, float] | None = None) -> Array:
+        """Levels of all actuators, from names and levels, where others stay as before, or from all in order."""
+        names = self.actuators
+        if isinstance(value, dict):
+            for name in value:
+                if name not in names:
+                    raise KeyError(f"no actuator {name!r}; the model has {', '.join(names) or 'none'}")
+            return np.array([float(value.get(name, (before or {}).get(name, 0.0))) for name in names])
+        return np.zeros(len(names)) if value is None else _native.doubles(value, (len(names),), "actuation")
+
+    @property
     def _shape(self) -> Any:
         return lib.thrum_condensed_shape_model(self._c)
 

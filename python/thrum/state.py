@@ -268,6 +268,37 @@ class State:
             call(lib.thrum_state_set_force, self._c_model, self._open(), _native.pointer(force))
             self._force[:] = force
 
+    @property
+    def actuation(self) -> dict[str, float]:
+        """The levels of the model's actuators by their names; a copy. Assign names and levels, or all levels in order:
+        those that are not named stay. None: all zero."""
+        names, levels = self.model.actuators, np.zeros(len(self.model.actuators))
+        with self._lock:
+            call(lib.thrum_state_actuation, self._c_model, self._open(), _native.pointer(levels))
+        return dict(zip(names, levels.tolist()))
+
+    @actuation.setter
+    def actuation(self, value: Any) -> None:
+        levels = self.model._levels(value, self.actuation)
+        with self._lock:
+            call(lib.thrum_state_set_actuation, self._c_model, self._open(), _native.pointer(levels))
+
+    @property
+    def actuation_work(self) -> dict[str, float]:
+        """What each actuator has done to the body since the state was made [J]."""
+        return self._actuators(lib.thrum_state_actuation_work)
+
+    @property
+    def actuation_measures(self) -> dict[str, float]:
+        """Volume of each chamber [m^3] and length of each tendon [m]; of a strain the work of one level since rest [J]."""
+        return self._actuators(lib.thrum_state_actuation_measures)
+
+    def _actuators(self, read: Any) -> dict[str, float]:
+        numbers = np.zeros(len(self.model.actuators))
+        with self._lock:
+            call(read, self._c_model, self._open(), _native.pointer(numbers))
+        return dict(zip(self.model.actuators, numbers.tolist()))
+
     def set_load(self, load: Any) -> None:
         """Sets `force` by the load on all `shown` coordinates, for the step to come.
 

@@ -30,7 +30,7 @@ static size_t lay_out(const thrum_model *model, unsigned char *memory, thrum_bat
   const size_t restricted = (size_t)thrum_restricted_count(model->rank);
 
   // what a state that steps alone restricts its model to: slopes of a manifold, or points
-  size_t alone = (size_t)thrum_restriction_count(model, model->rank);
+  size_t alone = (size_t)thrum_restriction_room(model, model->rank);
   const size_t slopes = (size_t)thrum_manifold_count(model);
   alone = alone > slopes ? alone : slopes;
   const size_t sizes[] = {THRUM_BATCH_LANES_MAX * sizeof(thrum_batch_member),
@@ -161,8 +161,8 @@ static void add(thrum_batch_group *g, thrum_state *state, int64_t index, outcome
   one->index = index;
   const thrum_borrowed_workspace borrowed = {g->one_work, g->one_restricted, one->own};
 
-  // no pass takes cubature points of many states
-  if (thrum_has_points(g->model)) {
+  // no pass takes cubature points of many states, nor what acts on each
+  if (thrum_has_points(g->model) || g->model->actuator_kind) {
     const thrum_status alone = thrum_step_alone(g->model, state, &borrowed, &why);
     note(o, index, alone, &why);
     return;

@@ -6,6 +6,8 @@
 #include "core/schemes/newmark.h"
 #include "core/schemes/position_split.h"
 #include "core/schemes/schemes.h"
+#include "runtime/actuation/acting.h"
+#include "runtime/actuation/levels.h"
 #include "runtime/comparison/backward_euler.h"
 #include "runtime/comparison/fox_goodwin.h"
 #include "runtime/comparison/quadratic_split.h"
@@ -29,6 +31,8 @@ const thrum_pass_set thrum_passes = {
     .see = thrum_points_see,
     .return_force = thrum_points_return,
     .return_tangent = thrum_points_return_tangent,
+    .act = thrum_acting_energy,
+    .act_along = thrum_acting_product,
 };
 
 /* A list of hooks, ended by NULL. */
@@ -57,11 +61,13 @@ const thrum_scheme_set thrum_schemes = {
 
     // a state
     .check = HOOKS(thrum_on_check, thrum_point_flow_check),
-    .plan = HOOKS(thrum_on_plan, thrum_point_flow_plan, thrum_follow_plan),
-    .made = HOOKS(thrum_on_made, thrum_point_flow_prepare),
+    .plan = HOOKS(thrum_on_plan, thrum_point_flow_plan, thrum_follow_plan, thrum_actuation_plan),
+    .made = HOOKS(thrum_on_made, thrum_point_flow_prepare, thrum_actuation_prepare),
     .forget = HOOKS(thrum_on_forget, thrum_guards_forget),
     .forget_step = HOOKS(thrum_on_forget, thrum_guards_forget_step),
-    .seen = thrum_flowed_model,
+    .leave = HOOKS(thrum_on_moved, thrum_actuation_leave),
+    .arrive = HOOKS(thrum_on_moved, thrum_actuation_arrive),
+    .seen = thrum_actuated_model,
 
     // a step
     .load = HOOKS(thrum_on_load, thrum_follow_load),

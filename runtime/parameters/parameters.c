@@ -48,6 +48,9 @@ static thrum_status check_model(const thrum_model *model, thrum_error *error) {
   if (model->springs)
     return thrum_error_set(error, THRUM_UNSUPPORTED,
                            "the model has springs to the ground, which are no share of a region");
+  if (model->actuator_kind)
+    return thrum_error_set(error, THRUM_UNSUPPORTED,
+                           "the model has actuators, whose polynomials are those of its moduli");
   return THRUM_OK;
 }
 

@@ -23,6 +23,7 @@
 #include "core/base/finite.h"
 #include "core/linear_algebra/symmetric.h"
 #include "core/step/state_def.h"
+#include "thrum/actuation.h"
 #include "thrum/polynomial.h"
 
 #define ALIGNMENT 64
@@ -63,6 +64,7 @@ static size_t lay_out(const thrum_model *model, thrum_search *s, double *at) {
   const size_t n = (size_t)model->rank;
   const size_t vector = round_up(n), spare = round_up(3 * n), matrix = round_up(n * n);
   const size_t work = round_up(thrum_work_count(model));
+  const size_t levels = round_up((size_t)thrum_model_actuation_count(model));
   size_t used = 0;
 #define X(name, size)                                                                              \
   if (at)                                                                                          \
@@ -154,17 +156,30 @@ static bool lost(const path *p, double least) {
   return least < -THRUM_STATIC_ROUNDING * p->s.scale[p->s.n - 1];
 }
 
+/* Levels that the model came with grow with the load. */
+static void take_levels(thrum_search *s) {
+  const thrum_model *model = s->model;
+  s->actors = model->levels;
+  if (!s->actors)
+    return;
+  memcpy(s->levels, s->actors, (size_t)thrum_model_actuation_count(model) * sizeof *s->levels);
+  s->acting = *model;
+  s->acting.levels = s->levels;
+  s->model = &s->acting;
+}
+
 /* Sets up the path at the given q: the weights of the residual's norm, and the first step. */
 static void begin(path *p, const double *q) {
   thrum_search *s = &p->s;
   const double *omega2 = s->model->omega2;
   const double floor = omega2[s->n - 1] > 0.0 ? THRUM_STATIC_ROUNDING * omega2[s->n - 1] : 1.0;
   double sum = 0.0;
+  thrum_search_load(s, q, s->residual);
 
   // residuals are divided by omega mode by mode; a mode with omega = 0 gets a floor
   for (int32_t i = 0; i < s->n; i++) {
     s->scale[i] = fmax(omega2[i], floor);
-    sum += s->load[i] * s->load[i] / s->scale[i];
+    sum += s->residual[i] * s->residual[i] / s->scale[i];
   }
   s->load_norm = sqrt(sum);
 
@@ -427,6 +442,10 @@ static void finish(path *p, double *q, double *mode) {
   const size_t vector = (size_t)s->n * sizeof(double);
   report->factor = p->factor;
   report->energy = p->energy;
+  if (s->actors) {
+    thrum_search_act(s, p->factor);
+    report->load_energy += thrum_passes.act(s->kernel, s->model, s->q, NULL, NULL);
+  }
   report->least = p->least;
   report->residual = s->load_norm > 0.0 ? p->norm / (p->factor * s->load_norm) : 0.0;
   for (int32_t i = 0; i < s->n; i++)
@@ -463,13 +482,14 @@ thrum_status thrum_equilibrium(const thrum_model *model, const thrum_equilibrium
   p.s.report = &found;
   p.s.kernel = thrum_kernel_get(def->kernel);
   lay_out(model, &p.s, workspace);
+  take_levels(&p.s);
   begin(&p, q);
   if (!isfinite(p.s.load_norm))
     return thrum_error_set(error, THRUM_BAD_VALUE,
                            "the load is beyond the range of finite numbers");
 
   // the linear estimate, then the path itself
-  found.critical_linear = def->base ? NAN : linear_estimate(&p.s);
+  found.critical_linear = def->base || p.s.actors ? NAN : linear_estimate(&p.s);
   memcpy(p.s.trial, q, (size_t)model->rank * sizeof *q);
   if (!follow(&p))
     return thrum_error_set(error, THRUM_NOT_CONVERGED,

@@ -30,11 +30,14 @@
   X(spare, spare)       /* 3 vectors of an eigenvalue */                                           \
   X(pivots, vector)     /* int32 */                                                                \
   X(work, work)         /* of the polynomial */                                                    \
+  X(levels, levels)     /* of what acts, at the factor in force */                                 \
   X(tangent, matrix)    /* T */                                                                    \
   X(factors, matrix)    /* of T, or its tridiagonal form */
 
 typedef struct thrum_search {
   const thrum_model *model;
+  thrum_model acting; /* which is the model, with the levels above, where the caller's has levels */
+  const double *actors; /* these, which grow with the load; NULL: nothing acts */
   const thrum_equilibrium_def *def;
   const struct thrum_kernel *kernel;
   const double *load;
@@ -53,6 +56,12 @@ typedef struct thrum_search_measure {
   double merit;  /* V - factor f q */
   double energy; /* V */
 } thrum_search_measure;
+
+/* Gives what acts this factor of its levels; nothing where nothing acts. */
+void thrum_search_act(thrum_search *s, double factor);
+
+/* f, and what the levels add to it at `q`: dR/dfactor, negated, into `load`. */
+void thrum_search_load(thrum_search *s, const double *q, double *load);
 
 /* sqrt(sum scale_i x_i^2) of x, or of x - y. */
 double thrum_search_length(const thrum_search *s, const double *x, const double *y);

@@ -39,9 +39,33 @@
 #define NOISE 1e-12 /* of the energy, which is a difference of larger terms */
 #define PUSH 1e-3   /* of the largest amplitude: off an unstable equilibrium */
 
+void thrum_search_act(thrum_search *s, double factor) {
+  for (int64_t k = 0; s->actors && k < s->model->actuator_count; k++)
+    s->levels[k] = factor * s->actors[k];
+}
+
+void thrum_search_load(thrum_search *s, const double *q, double *load) {
+  memcpy(load, s->load, (size_t)s->n * sizeof *load);
+  if (!s->actors)
+    return;
+
+  // energies are linear in the levels, so that a difference is a derivative
+  double before[THRUM_ACTUATORS_MAX], force[THRUM_RANK_MAX];
+  memcpy(before, s->levels, (size_t)s->model->actuator_count * sizeof *before);
+  for (int n = 0; n < 2; n++) {
+    memset(force, 0, (size_t)s->n * sizeof *force);
+    thrum_search_act(s, n);
+    thrum_passes.act(s->kernel, s->model, q, force, NULL);
+    for (int32_t i = 0; i < s->n; i++)
+      load[i] += n == 0 ? force[i] : -force[i];
+  }
+  memcpy(s->levels, before, (size_t)s->model->actuator_count * sizeof *before);
+}
+
 /* Residual and energies of s->trial under factor times the load. */
 static thrum_search_measure assess(thrum_search *s, double factor) {
   thrum_search_measure found;
+  thrum_search_act(s, factor);
   found.energy = thrum_internal_force_by(s->kernel, s->model, s->trial, s->force, s->work);
 
   // r = R(q) - factor f - base, and the work of both loads
@@ -58,6 +82,8 @@ static thrum_search_measure assess(thrum_search *s, double factor) {
 
   found.norm = sqrt(sum);
   found.merit = found.energy - worked;
+  if (s->actors)
+    found.energy -= thrum_passes.act(s->kernel, s->model, s->trial, NULL, NULL);
   return found;
 }
 
@@ -92,7 +118,7 @@ bool thrum_search_rate(thrum_search *s, const double *q, double *rate) {
   thrum_tangent_stiffness_by(s->kernel, s->model, q, s->tangent, s->work);
   if (!factorise(s, 0.0))
     return false;
-  memcpy(rate, s->load, (size_t)s->n * sizeof *rate);
+  thrum_search_load(s, q, rate);
   solve(s, rate);
   double sum = 0.0;
   for (int32_t i = 0; i < s->n; i++)

@@ -12,7 +12,7 @@
 #include "tests/fuzz/fuzz_file.h"
 #include "thrum/thrum.h"
 
-#define ARRAYS_MAX 24
+#define ARRAYS_MAX 36
 #define ARRAY_BYTES 2048
 
 typedef struct drawn_archive {
@@ -98,6 +98,20 @@ static void draw_points(drawn_archive *archive, fuzz_draw *draw, unsigned kinds,
     ADD("region_yield", "<f8", 2, 1, 0.02, 0);
 }
 
+/* A chamber, a strain, a tendon and a gas, whose products have one coefficient each. */
+static void draw_actuators(drawn_archive *archive, fuzz_draw *draw, int64_t rank) {
+  ADD("actuator_texts", "|u1", 16, 1, 'a', '=', 'c', 0, 'b', '=', 's', 0, 'c', '=', 't', 0, 'd',
+      '=', 'g', 0);
+  ADD("actuator_kind", "<i4", 4, 1, 0, 1, 2, 3);
+  ADD("actuator_rest", "<f8", 4, 3, 0.5, 0, 1, 0, 0, 1, 1, 0, 1, 0.5, 1e5, 1);
+  ADD("actuator_linear", "<f8", 4, rank, 0.1);
+  ADD("actuator_quadratic", "<f8", 4, rank * rank, 0.2);
+  ADD("actuator_cubic", "<f8", 2, rank * rank * (rank + 1) / 2, 0);
+  ADD("guide_ends", "<i4", 4, 1, 0, 0, 2, 2);
+  ADD("guide_places", "<f8", 2, 3, 0, 0, 0, 1, 0, 0);
+  ADD("guide_rows", "<f8", 6, rank, 0.1, -0.2, 0.3);
+}
+
 /* One tetrahedron, of four nodes or of ten, held or free, of a polynomial, whole or condensed, or
  * of cubature points. */
 static void draw_model(drawn_archive *archive, fuzz_draw *draw) {
@@ -155,6 +169,8 @@ static void draw_model(drawn_archive *archive, fuzz_draw *draw) {
     ADD("region_energy", "<f8", 2, rank * rank + thrum_c3_count(rank) + thrum_c4_count(rank), 1e-6);
     ADD("region_mass", "<f8", 1, rank * (rank + 3), 1e-3);
   }
+  if (!condensed && draw_byte(draw) % 2)
+    draw_actuators(archive, draw, rank);
 }
 
 /* A surface of one triangle. */

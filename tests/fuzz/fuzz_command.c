@@ -6,7 +6,8 @@
  * driver/spec/shared_options.c driver/spec/basis_asked.c driver/spec/damping_spec.c
  * config/options.c config/options_json.c config/options_command.c config/parse.c
  * config/message_error.c driver/spec/load_spec.c mesh/vertex_places.c
- * driver/spec/base_motion_spec.c driver/spec/start_spec.c driver/make/mesh_model.c
+ * driver/spec/base_motion_spec.c driver/spec/actuate_spec.c driver/spec/start_spec.c
+ * driver/make/mesh_model.c
  * driver/make/named_model.c driver/spec/model_names.c driver/spec/region_material.c
  * driver/make/train_case.c platform/allocate.c mesh/formats/surface_read.c io/json_read.c io/text.c
  * io/file.c io/paths.c mesh/formats/mesh_read.c mesh/mesh_units.c precompute/full/full.c
@@ -69,12 +70,13 @@ void config_one_line(char *text) {
 /* Lists that the commands own, and a request of each. */
 static struct {
   load_spec loads[ROOM];
+  actuate_spec actuates[ROOM];
   base_motion_spec base_motions[ROOM];
   start_spec starts[ROOM];
   probe_spec probes[ROOM];
   load_target targets[ROOM];
   static_move moves[ROOM];
-  const char *texts[6][ROOM];
+  const char *texts[7][ROOM];
 } room;
 
 typedef union any_request {
@@ -89,11 +91,13 @@ static void prepare(int which, any_request *request) {
   // lists and texts lie in room of the caller, as in the commands
   if (which == 0) {
     request->simulate.loads = room.loads;
+    request->simulate.actuates = room.actuates;
     request->simulate.base_motions = room.base_motions;
     request->simulate.starts = room.starts;
     request->simulate.probes = room.probes;
   } else if (which == 1) {
     request->rest.loads = room.loads;
+    request->rest.actuates = room.actuates;
     request->rest.targets = room.targets;
     request->rest.moves = room.moves;
     request->rest.at = room.texts[0];
@@ -104,6 +108,7 @@ static void prepare(int which, any_request *request) {
     request->precompute.tests = room.texts[3];
     request->precompute.materials = room.texts[4];
     request->precompute.springs = room.texts[5];
+    request->precompute.actuators = room.texts[6];
   }
 }
 

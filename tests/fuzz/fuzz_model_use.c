@@ -8,6 +8,29 @@
 
 #define STEPS 6
 
+/* Levels of actuators, set and read; any of them may be refused. */
+static void use_actuators(const thrum_model *model, thrum_state *state, fuzz_draw *draw) {
+  double levels[THRUM_ACTUATORS_MAX], numbers[THRUM_ACTUATORS_MAX];
+  const int64_t count = thrum_model_actuators(model);
+  thrum_error error = {0};
+  int64_t index = 0;
+  draw_vector(draw, count, 1e3, levels);
+  fuzz_check(thrum_state_set_actuation(model, state, draw_byte(draw) % 8 ? levels : NULL, &error),
+             &error);
+  if (thrum_state_actuation(model, state, levels, &error) >= 0)
+    must_be_finite(levels, count);
+  fuzz_check(thrum_state_actuation_work(model, state, numbers, &error), &error);
+  fuzz_check(thrum_state_actuation_measures(model, state, numbers, &error), &error);
+  const char *text = thrum_model_actuator_text(model, draw_index(draw, count + 1));
+  fuzz_check(thrum_model_actuator(model, text ? text : "none", &index, &error), &error);
+
+  // the same levels for what has no state
+  thrum_model acting;
+  double *memory = block((size_t)thrum_model_actuation_count(model) * sizeof *memory);
+  fuzz_check(thrum_model_actuate(model, levels, memory, &acting, &error), &error);
+  free(memory);
+}
+
 /* A state is stepped, kept, put back, and batched. */
 static void use_state(const thrum_model *model, fuzz_draw *draw) {
   const thrum_state_def def = draw_def(draw, model->rank);
@@ -37,6 +60,8 @@ static void use_state(const thrum_model *model, fuzz_draw *draw) {
     fuzz_check(thrum_state_energies(model, state, &energies, &error), &error);
     if (step == STEPS / 2 && thrum_state_snapshot(state, snapshot, size, &error) < 0)
       abort();
+    if (step % 2 == 1)
+      use_actuators(model, state, draw);
     if (step == STEPS / 2 && draw_byte(draw) % 2 == 0)
       fuzz_check(thrum_state_set_dt(model, state, draw_above(draw, 0.01), &error), &error);
   }

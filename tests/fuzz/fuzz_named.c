@@ -6,12 +6,12 @@
  * io/paths.c io/json_read.c platform/*.c driver/scene/scene_spec.c driver/scene/scene_keys.c
  * driver/spec/shared_options.c driver/spec/basis_asked.c config/options.c config/options_json.c
  * config/options_command.c config/parse.c config/message.c config/message_error.c
- * driver/spec/load_spec.c driver/spec/base_motion_spec.c driver/spec/start_spec.c
- * driver/spec/static_solve.c driver/make/mesh_model.c driver/make/named_model.c
- * driver/spec/model_names.c driver/spec/region_material.c driver/record/run_entries.c
- * driver/scene/scene_words.c precompute/vega_reduced.c precompute/model/load_share.c
- * precompute/model/traction.c core/[a-z]*[a-z]/*.c runtime/[a-z]*[a-z]/*.c SPDX-License-Identifier:
- * Apache-2.0 */
+ * driver/spec/load_spec.c driver/spec/actuate_spec.c driver/spec/base_motion_spec.c
+ * driver/spec/start_spec.c driver/spec/static_solve.c driver/make/mesh_model.c
+ * driver/make/named_model.c driver/spec/model_names.c driver/spec/region_material.c
+ * driver/record/run_entries.c driver/scene/scene_words.c precompute/vega_reduced.c
+ * precompute/model/load_share.c precompute/model/traction.c core/[a-z]*[a-z]/*.c
+ * runtime/[a-z]*[a-z]/*.c SPDX-License-Identifier: Apache-2.0 */
 #define _GNU_SOURCE // memmem
 #include <sys/stat.h>
 

@@ -21,6 +21,27 @@ def struck(model, **options):
     return state
 
 
+class Acting(unittest.TestCase):
+    def test_levels_by_name_do_work(self):
+        wire = "wire=tendon:near:0,0,0.075,near:0.5,0,0.075,near:1,0,0.075"
+        model = thrum.Model.load(model_file("arm", "beam:4x1x1@1x0.15x0.15,split=6", fix="x<0.001", order=1, modes=3,
+                                            rank=6, actuator=[wire, "heat=swell:all"]))
+        self.assertEqual(model.actuators, ["wire", "heat"])
+        state = model.state()
+        state.actuation = {"wire": 100.0}
+        state.actuation = {"heat": 0.01}
+        self.assertEqual(state.actuation, {"wire": 100.0, "heat": 0.01})
+        state.step(200)
+        self.assertAlmostEqual(sum(state.actuation_work.values()) / state.energies.total, 1.0, 10)
+        self.assertNotEqual(state.actuation_measures["wire"], 1.0)
+        with self.assertRaisesRegex(KeyError, "no actuator 'rope'"):
+            state.actuation = {"rope": 1.0}
+        state.actuation = None
+        self.assertEqual(set(state.actuation.values()), {0.0})
+        found = model.equilibrium(np.zeros(model.rank), actuation={"wire": 100.0})
+        self.assertTrue(found.stable and found.energy > 0)
+
+
 class Stepping(unittest.TestCase):
     def test_energy_is_kept(self):
         state = struck(beam())

@@ -358,6 +358,7 @@ static inline int models_bit_equal(const thrum_model *a, const thrum_model *b) {
   // the sizes are local names too, since the table of the arrays refers to them
   const int64_t basis_rows = 3 * a->vertex_count;
   const int64_t point_rows = 9 * a->point_count, modulus_rows = 2 * a->region_count;
+  const int64_t guide_axes = 3 * a->guide_count;
 #define X(name, meaning)                                                                           \
   const int64_t name = a->name;                                                                    \
   if (name != b->name)                                                                             \

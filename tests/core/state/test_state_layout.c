@@ -38,6 +38,7 @@ static void find_gaps(thrum_state *state, gaps *g) {
 #define LENGTH_next state->next_count
 #define LENGTH_tangent state->tangent_count
 #define LENGTH_plastic 0
+#define LENGTH_levels 0
 #define LENGTH_ahead state->ahead_count
 #define X(name, size) add_gap(g, view.name, LENGTH_##size);
   THRUM_STATE_ARRAYS(X)

@@ -1,0 +1,61 @@
+/* Levels of actuators over time, see actuate_spec.h. SPDX-License-Identifier: Apache-2.0 */
+#include "driver/spec/actuate_spec.h"
+
+#include <stdio.h>
+#include <string.h>
+
+#include "config/message.h"
+#include "driver/spec/load_spec.h"
+
+static thrum_status parse(const char *text, actuate_spec *spec, thrum_error *error) {
+  const size_t name = strcspn(text, "=");
+  char said[200];
+  if (text[name] != '=' || name == 0 || name >= sizeof spec->name)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "'%.100s': wanted is NAME=KIND:LEVEL, such as air=ramp:2e4,until=1",
+                           text);
+  actuate_spec parsed = {.text = text};
+  memcpy(parsed.name, text, name);
+  snprintf(said, sizeof said, "--actuate '%.150s'", text);
+  THRUM_TRY(load_course_parse(text + name + 1, said, &parsed.level, &parsed.course, error));
+  *spec = parsed;
+  return THRUM_OK;
+}
+
+thrum_status actuate_option_take(const config_given *given, actuate_spec *specs, int64_t *count) {
+  thrum_error error = {0};
+  if (parse(given->text, &specs[*count], &error) < 0)
+    return config_given_refuse(given, "%s", error.message);
+  ++*count;
+  return THRUM_OK;
+}
+
+thrum_status actuate_specs_check(const thrum_model *model, const actuate_spec *specs, int64_t count,
+                                 thrum_error *error) {
+  int64_t index = 0;
+  for (int64_t n = 0; n < count; n++)
+    THRUM_TRY(config_error_in(error, thrum_model_actuator(model, specs[n].name, &index, error),
+                              "--actuate '%.100s'", specs[n].text));
+  return THRUM_OK;
+}
+
+static void add_levels(const thrum_model *model, const actuate_spec *spec, double factor,
+                       double *levels) {
+  int64_t index = 0;
+  if (thrum_model_actuator(model, spec->name, &index, NULL) >= 0)
+    levels[index] += factor * spec->level;
+}
+
+void actuate_specs_levels(const thrum_model *model, const actuate_spec *specs, int64_t count,
+                          int64_t step, double dt, double *levels) {
+  memset(levels, 0, (size_t)thrum_model_actuators(model) * sizeof *levels);
+  for (int64_t n = 0; n < count; n++)
+    add_levels(model, &specs[n], thrum_load_mean(&specs[n].course, step, dt), levels);
+}
+
+void actuate_specs_strength(const thrum_model *model, const actuate_spec *specs, int64_t count,
+                            double factor, double *levels) {
+  memset(levels, 0, (size_t)thrum_model_actuators(model) * sizeof *levels);
+  for (int64_t n = 0; n < count; n++)
+    add_levels(model, &specs[n], factor, levels);
+}

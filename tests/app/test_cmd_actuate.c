@@ -1,0 +1,125 @@
+/* Tests of actuators as commands: precompute, info, simulate and static, reduced and of the mesh.
+ * SPDX-License-Identifier: Apache-2.0 */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include "tests/support/simulate_support.h"
+#include "tests/support/test_folder.h"
+
+#define WIRE "wire=tendon:near:0,0,0.05,near:0.5,0,0.05,near:1,0,0.05"
+
+static int make_model(void **state) {
+  (void)state;
+  if (test_folder_make(folder) == NULL)
+    return 1;
+  program_result run =
+      thrum_run(folder, "precompute", "beam:8x1x1@1x0.1x0.1", "--fix", "x<0.001", "--young", "1e6",
+                "--order", "2", "--modes", "4", "--rank", "8", "--actuator", WIRE, "--actuator",
+                "heat=swell:all", "--actuator", "lean=muscle:1,1,0,1", "-o", "arm.npz", "-q", NULL);
+  const int code = run.exit_code;
+  if (code != 0)
+    print_error("%s", run.err);
+  program_result_free(&run);
+  return code;
+}
+
+static cJSON *object_of(program_result run, int code) {
+  if (run.exit_code != code)
+    print_error("exit code %d: %s", run.exit_code, run.err);
+  assert_int_equal(run.exit_code, code);
+  cJSON *object = json_line(run.out);
+  assert_non_null(object);
+  program_result_free(&run);
+  return object;
+}
+
+static void info_lists_what_acts(void **state) {
+  (void)state;
+  cJSON *object = object_of(thrum_run(folder, "info", "arm.npz", "--json", NULL), 0);
+  const cJSON *list = cJSON_GetObjectItemCaseSensitive(object, "actuators");
+  assert_int_equal(cJSON_GetArraySize(list), 3);
+  for (int n = 0; n < 3; n++)
+    assert_true(fabs(json_value(cJSON_GetArrayItem(list, n), "static_share") - 1) < 1e-9);
+  assert_true(fabs(json_value(cJSON_GetArrayItem(list, 0), "at_rest") - 1) < 1e-9);
+  assert_int_equal(json_value(object, "rank"), 8 + 2 * 3);
+  cJSON_Delete(object);
+  program_result run = thrum_run(folder, "info", "arm.npz", NULL);
+  assert_non_null(strstr(run.out, "heat=swell:all"));
+  assert_non_null(strstr(run.out, "lean=muscle:1,1,0,1"));
+  program_result_free(&run);
+}
+
+static void a_run_has_the_work_of_its_actuators(void **state) {
+  (void)state;
+  cJSON *object = object_of(thrum_run(folder, "simulate", "arm.npz", "-o", "run", "--time", "0.6",
+                                      "--actuate", "wire=ramp:20,until=0.3", "--actuate",
+                                      "lean=sine:0.02,f=3", "--json", "-q", NULL),
+                            0);
+  const cJSON *work = cJSON_GetObjectItemCaseSensitive(object, "work");
+  const double done = json_value(work, "actuators_j");
+  assert_true(done > 0);
+  assert_true(fabs(done - json_value(object, "energy_last_j")) < 1e-11 * done);
+  assert_true(fabs(json_value(work, "balance_j")) < 1e-11 * done);
+  cJSON_Delete(object);
+}
+
+/* The tip of an answer, and its height. */
+static double height_of(const cJSON *object) {
+  const cJSON *shown =
+      cJSON_GetArrayItem(cJSON_GetObjectItemCaseSensitive(object, "displacements"), 0);
+  return cJSON_GetArrayItem(cJSON_GetObjectItemCaseSensitive(shown, "mean_m"), 2)->valuedouble;
+}
+
+static void the_mesh_comes_to_rest_where_the_model_does(void **state) {
+  (void)state;
+  double height[2];
+  for (int full = 0; full < 2; full++) {
+    cJSON *object =
+        object_of(thrum_run(folder, "static", "arm.npz", "--actuate", "lean=constant:-0.01", "--at",
+                            "tip", "--json", full ? "--full" : NULL, NULL),
+                  0);
+    height[full] = height_of(object);
+    cJSON_Delete(object);
+  }
+  assert_true(height[1] > 0.005);
+  assert_true(fabs(height[0] / height[1] - 1) < 0.01);
+}
+
+static void what_is_no_actuation_is_refused(void **state) {
+  (void)state;
+  static const struct {
+    const char *text, *why;
+    int code;
+  } bad[] = {{"wir=constant:1", "no actuator 'wir'; the first of 3 is 'wire'", 1},
+             {"wire=often:1", "wanted is constant:LEVEL", 2},
+             {"wire=sine:1", "frequency", 2},
+             {"wire=constant:much", "is not a number", 2},
+             {"wire", "NAME=KIND:LEVEL", 2}};
+  for (size_t n = 0; n < sizeof bad / sizeof *bad; n++) {
+    program_result run =
+        thrum_run(folder, "simulate", "arm.npz", "-o", "none", "--actuate", bad[n].text, NULL);
+    assert_int_equal(run.exit_code, bad[n].code);
+    if (!strstr(run.err, bad[n].why))
+      fail_msg("%s: %s", bad[n].text, run.err);
+    program_result_free(&run);
+  }
+  program_result run = thrum_run(folder, "precompute", "beam:2x1x1@1x0.1x0.1", "-o", "none.npz",
+                                 "--actuator", "a=chamber:tip", NULL);
+  assert_int_equal(run.exit_code, 1);
+  assert_non_null(strstr(run.err, "--actuator: 'a=chamber:tip': the surface is open"));
+  program_result_free(&run);
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(info_lists_what_acts),
+      cmocka_unit_test(a_run_has_the_work_of_its_actuators),
+      cmocka_unit_test(the_mesh_comes_to_rest_where_the_model_does),
+      cmocka_unit_test(what_is_no_actuation_is_refused),
+  };
+  return cmocka_run_group_tests(tests, make_model, remove_folder);
+}
