@@ -23,7 +23,7 @@ _thrum() {
   'precompute --check') words='auto search inertia' ;;
   'precompute --solver') words='auto factor cg' ;;
   'precompute --law') words='stvk corotational neo-hookean' ;;
-  'precompute '*) words=' --output --fix --spring --young --poisson --density --material --scale --unit --regions --order --element --modes --rank --selection --mass --quadrature-order --precision --check --solver --handles --touch --touch-stepped --condense --parameters --law --cubature --cubature-error --cubature-points --cubature-range --cubature-refine --yield --train --test --by-share --error --rank-max --train-time --train-dt --train-damping --keep-runs --list-jobs --job --collect --import-basis --import-cubic --export-modes --threads --dry-run --memory --reproducible --options --json --quiet --help --help-all' ;;
+  'precompute '*) words=' --output --fix --spring --young --poisson --density --material --scale --unit --regions --order --element --modes --rank --selection --mass --quadrature-order --precision --check --solver --handles --actuator --touch --touch-stepped --condense --parameters --law --cubature --cubature-error --cubature-points --cubature-range --cubature-refine --yield --train --test --by-share --error --rank-max --train-time --train-dt --train-damping --keep-runs --list-jobs --job --collect --import-basis --import-cubic --export-modes --threads --dry-run --memory --reproducible --options --json --quiet --help --help-all' ;;
   'mesh --side') words='middle top bottom' ;;
   'mesh --tool') words='gmsh tetgen' ;;
   'mesh '*) words='--output --size --scale --order --thickness --layers --side --tool --verbose --json --quiet --help' ;;
@@ -47,7 +47,7 @@ _thrum() {
   'simulate --linear-solver') words='cholesky cg' ;;
   'simulate --quadrature') words='exact four' ;;
   'simulate --law') words='stvk corotational neo-hookean' ;;
-  'simulate '*) words=' --output --dt --time --load --base-motion --start --spin --rank --condense --record-every --probe --frames --frames-in --stress --monitor --accept-error --judge --against-mesh --integrator --damping --damping-form --split --safety --split-form --adaptive --fallback --untrained-flow --frequency-matching --newmark --solver --tolerance --iterations --damping-ratio --q --yield --creep --largest-plastic-strain --full --fix --young --poisson --density --material --scale --unit --regions --order --element --linear-solver --quadrature --law --options --threads --json --quiet --help --help-all' ;;
+  'simulate '*) words=' --output --dt --time --load --actuate --base-motion --start --spin --rank --condense --record-every --probe --frames --frames-in --stress --monitor --accept-error --judge --against-mesh --integrator --damping --damping-form --split --safety --split-form --adaptive --fallback --untrained-flow --frequency-matching --newmark --solver --tolerance --iterations --damping-ratio --q --yield --creep --largest-plastic-strain --full --fix --young --poisson --density --material --scale --unit --regions --order --element --linear-solver --quadrature --law --options --threads --json --quiet --help --help-all' ;;
   'compare '*) words='--json --help' ;;
   'view '*) words='--output --surface --fps --no-open --json --quiet --help' ;;
   'static --monitor') words='on off' ;;
@@ -56,7 +56,7 @@ _thrum() {
   'static --linear-solver') words='cholesky cg' ;;
   'static --quadrature') words='exact four' ;;
   'static --law') words='stvk corotational neo-hookean' ;;
-  'static '*) words=' --load --factor --at --stay --tolerance --rank --from --monitor --accept-error --judge --full --fix --young --poisson --density --material --scale --unit --regions --order --element --move --rotate --moment --follow --linear-solver --quadrature --law --output --displacements --vtu --path --reactions --options --json --quiet --help --help-all' ;;
+  'static '*) words=' --load --actuate --factor --at --stay --tolerance --rank --from --monitor --accept-error --judge --full --fix --young --poisson --density --material --scale --unit --regions --order --element --move --rotate --moment --follow --linear-solver --quadrature --law --output --displacements --vtu --path --reactions --options --json --quiet --help --help-all' ;;
   'response --follower-inertia') words='on off' ;;
   'response --stability') words='on off' ;;
   'response '*) words=' --output --mode --load --base-motion --from --to --damping --damping-ratio --q --at --harmonics --periods --branch --other-side --condense --follower-inertia --amplitude --stability --stability-steps --step --points --tolerance --start --start-from --check --no-check --check-error --options --json --quiet --help --help-all' ;;
