@@ -327,9 +327,14 @@ static void look_at_obstacles(const thrum_scene *scene, int32_t number, const ou
   }
 }
 
-/* Do two bodies touch each other? */
+/* Has it a surface that touches others, or would if it were not condensed? */
+static bool has_surface(const scene_body *body) {
+  return body->skin != NULL || (body->triangle_count > 0 && body->derived->condensed);
+}
+
+/* Do two bodies touch each other, or would they? */
 static bool meet(const thrum_scene *scene, const scene_body *a, const scene_body *b) {
-  return scene->collides && a->collides && b->collides && a->skin != NULL && b->skin != NULL;
+  return scene->collides && a->collides && b->collides && has_surface(a) && has_surface(b);
 }
 
 thrum_status thrum_scene_find_overlap(thrum_scene *scene, thrum_scene_overlap *deepest,
@@ -364,8 +369,7 @@ thrum_status thrum_scene_find_overlap(thrum_scene *scene, thrum_scene_overlap *d
 
     // a solid may be the one that is inside
     in.other = -1;
-    for (in.solid = 0; in.solid < scene->solid_count && scene->bodies[n]->skin != NULL;
-         in.solid++) {
+    for (in.solid = 0; in.solid < scene->solid_count && has_surface(scene->bodies[n]); in.solid++) {
       in.depth = fmax(depth_of(of, solids + in.solid), depth_of(solids + in.solid, of));
       note(&found, of, in);
     }

@@ -176,3 +176,11 @@ void coarse_step_warn(const coarse_step_motion *motion, const char *who) {
               "%g say",
               who, (int)worst + 1, w / THRUM_TWO_PI, share, steps, def->dt, error, dt);
 }
+
+void coarse_step_warn_slowest(const thrum_model *model, double pace, double dt) {
+  const double turns = dt * pace * sqrt(model->omega2[0]) / THRUM_TWO_PI;
+  if (turns > 0.5)
+    config_warn("a step of %g s is %.3g periods of the slowest mode, of %.4g Hz: its motion cannot "
+                "be seen; lower --dt",
+                dt, turns, turns / dt);
+}

@@ -21,4 +21,8 @@ typedef struct coarse_step_motion {
  * the line: "" or a body. */
 void coarse_step_warn(const coarse_step_motion *motion, const char *who);
 
+/* Warns where a step is longer than half a period of the slowest mode, of which it then shows
+ * nothing. */
+void coarse_step_warn_slowest(const thrum_model *model, double pace, double dt);
+
 #endif

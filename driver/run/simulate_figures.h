@@ -90,6 +90,7 @@ void simulate_figures_end(simulate_figures *figures);
   X(INTERRUPTED, "interrupted")                                                                    \
   X(FAILED, "failed")                                                                              \
   X(SURFACES_CROSSED, "surfaces_crossed")                                                          \
+  X(CONTACT_GIVEN_UP, "contact_given_up")                                                          \
   X(JOINTS_OPEN, "joints_open")
 
 typedef enum run_outcome {

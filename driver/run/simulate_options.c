@@ -285,8 +285,11 @@ static int check_full(simulate_request *request) {
   if (def->damping_form == THRUM_DAMPING_TANGENT)
     return config_usage("simulate", "--full takes --damping-form rest only");
   if (damping_spec_given(&request->modal))
-    return config_usage("simulate", "--full has no modes that %s could damp; take --damping",
-                        request->modal.by_quality ? "--q" : "--damping-ratio");
+    return config_usage(
+        "simulate",
+        "--full has no modes that %s could damp; take --damping A, twice the ratio and "
+        "the angular frequency of the mode that swings",
+        request->modal.by_quality ? "--q" : "--damping-ratio");
   if (request->condense > 0 || request->rank > 0)
     return config_usage("simulate", "--%s is of a reduced model; leave it out with --full",
                         request->condense > 0 ? "condense" : "rank");
@@ -332,8 +335,11 @@ static int finish(simulate_request *request) {
   // the mesh beside a model is damped as the mesh is
   if (damping_spec_given(&request->modal) &&
       (request->against_mesh > 0 || is_scene_name(request->model_path)))
-    return config_usage("simulate", "%s is of the modes of one model; take --damping",
-                        request->modal.by_quality ? "--q" : "--damping-ratio");
+    return config_usage(
+        "simulate",
+        "%s is of the modes of one model; take --damping A, twice the ratio and the "
+        "angular frequency of the mode that swings",
+        request->modal.by_quality ? "--q" : "--damping-ratio");
 
   // an option without effect would let a user believe that another integrator stepped
   const char *idle = split_option_without_effect(&request->def);

@@ -381,10 +381,7 @@ void driver_stepper_reduced_warn(const driver_stepper *stepper) {
                               .base = request->base_motion_count > 0 && self->shape->rigid == NULL},
         "");
 
-  // where all modes are implicit the run is stable, and so long a step shows nothing of them
-  const double turns = dt * sqrt(self->model->omega2[0]) / THRUM_TWO_PI;
-  if (count == 0 && turns > 0.5)
-    config_warn("a step of %g s is %.3g periods of the slowest mode, of %.4g Hz: its motion cannot "
-                "be seen; lower --dt",
-                dt, turns, turns / dt);
+  // where all modes are implicit the run is stable
+  if (count == 0)
+    coarse_step_warn_slowest(self->model, 1, dt);
 }

@@ -149,6 +149,7 @@ run_outcome scene_run_outcome(const scene_run *run) {
   if (outcome != RUN_DONE)
     return outcome;
   return scene_run_have_crossed(run)    ? RUN_SURFACES_CROSSED
+         : scene_run_has_declined(run)  ? RUN_CONTACT_GIVEN_UP
          : scene_run_joints_opened(run) ? RUN_JOINTS_OPEN
                                         : outcome;
 }

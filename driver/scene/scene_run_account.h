@@ -30,7 +30,8 @@ thrum_status scene_run_record_account(scene_run *run, int64_t step, double time,
 /* What contact did, for scene.json. */
 cJSON *scene_run_collisions_json(const scene_run *run);
 
-/* "done", or what flags the run: that of its bodies, else "surfaces_crossed", else "joints_open".
+/* "done", or what flags the run: that of its bodies, else "surfaces_crossed",
+ * "contact_given_up" or "joints_open".
  */
 run_outcome scene_run_outcome(const scene_run *run);
 

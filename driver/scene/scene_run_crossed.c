@@ -105,6 +105,19 @@ static void note_meeting(scene_run *run) {
   find_nearest(run, run->met);
 }
 
+thrum_status scene_run_look_through(scene_run *run, double time, thrum_error *error) {
+  thrum_scene_overlap found;
+  if (!run->has_passing || run->through_time > 0 || !(time > 0))
+    return THRUM_OK;
+  THRUM_TRY(thrum_scene_find_overlap(run->scene, &found, error));
+  if (found.body < 0 || found.obstacle >= 0 ||
+      (!scene_run_is_condensed(run, found.body) && !scene_run_is_condensed(run, found.other)))
+    return THRUM_OK;
+  run->through = found;
+  run->through_time = time;
+  return THRUM_OK;
+}
+
 void scene_run_note_depths(scene_run *run) {
   if (run->account != NULL)
     note_meeting(run);
@@ -129,7 +142,7 @@ static bool have_met(const scene_run *run) {
 }
 
 bool scene_run_have_crossed(const scene_run *run) {
-  bool crossed = have_met(run);
+  bool crossed = have_met(run) || run->through_time > 0;
   for (int64_t n = 0; n < run->spec.bodies.count; n++)
     crossed = crossed || went_through(run->bodies + n) || run->bodies[n].passed > 0;
   return crossed;
@@ -160,6 +173,25 @@ static void warn_of_declined(const scene_run *run) {
                 "they may have gone through what they touch; take a shorter dt, in which nothing "
                 "moves further than a body is thick",
                 most, most == 1 ? "" : "s", names);
+}
+
+bool scene_run_has_declined(const scene_run *run) {
+  bool any = false;
+  for (int32_t n = 0; n < run->spec.bodies.count; n++) {
+    thrum_scene_body_info info;
+    any = any || (thrum_scene_body(run->scene, n, &info, NULL) >= 0 && info.contact.declined > 0);
+  }
+  return any;
+}
+
+/* Something was in a condensed body. */
+static void warn_of_passed(const scene_run *run) {
+  char in[SCENE_OVERLAP_NAME];
+  scene_run_name_overlap(run, &run->through, in);
+  config_warn("body '%.60s' is in %s at %.4g s, and one of them is condensed, so that they do not "
+              "touch: do not trust it; precompute that one with --touch-stepped, or say "
+              "\"collide\": false of it",
+              run->bodies[run->through.body].spec->name, in, run->through_time);
 }
 
 /* How deep bodies really are in each other at the end: a touch knows places that are near alone. */
@@ -217,6 +249,8 @@ void scene_run_warn_of_depth(const scene_run *run) {
   warn_of_start(run);
   const thrum_contact_pairs_report of = thrum_scene_collisions(run->scene);
   warn_of_declined(run);
+  if (run->through_time > 0)
+    warn_of_passed(run);
   if (have_met(run))
     warn_of_meeting(run);
   if (have_met(run))

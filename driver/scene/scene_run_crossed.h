@@ -11,6 +11,12 @@
 thrum_status scene_run_look_for_crossings(scene_run *run, thrum_error *error);
 void scene_run_note_depths(scene_run *run);
 bool scene_run_have_crossed(const scene_run *run);
+
+/* Looks whether something is in a condensed body, which touches none, at a row of the run. */
+thrum_status scene_run_look_through(scene_run *run, double time, thrum_error *error);
+
+/* Were steps made without contact? */
+bool scene_run_has_declined(const scene_run *run);
 void scene_run_warn_of_depth(const scene_run *run);
 
 #endif

@@ -49,7 +49,7 @@ static const char passes[] =
     "condensed bodies touch no others and no obstacles with faces: say \"collide\": false of the "
     "body where there are no such obstacles, or leave this out";
 
-void scene_run_warn_of_passing(const scene_run *run) {
+void scene_run_warn_of_passing(scene_run *run) {
   int32_t count = 0, first = -1;
   for (int32_t n = 0; n < run->spec.bodies.count; n++) {
     thrum_scene_body_info info;
@@ -60,13 +60,16 @@ void scene_run_warn_of_passing(const scene_run *run) {
   }
 
   // one line, however many they are
+  run->has_passing = count > 0;
   if (count == 1)
     config_warn("body '%.100s' is condensed: it passes through other bodies and obstacles with "
-                "faces",
+                "faces (precomputed with --touch-stepped in place of --touch or --condense it "
+                "touches them)",
                 run->bodies[first].spec->name);
   else if (count > 1)
     config_warn("body '%.100s' and %" PRId32 " more are condensed: they pass through other bodies "
-                "and obstacles with faces",
+                "and obstacles with faces (precomputed with --touch-stepped in place of --touch or "
+                "--condense they touch them)",
                 run->bodies[first].spec->name, count - 1);
 }
 

@@ -10,6 +10,6 @@
 thrum_status scene_run_find_detail(scene_run *run, thrum_error *error);
 
 /* Warns of condensed bodies that pass through what is there. */
-void scene_run_warn_of_passing(const scene_run *run);
+void scene_run_warn_of_passing(scene_run *run);
 
 #endif

@@ -61,6 +61,9 @@ static void look_at_loads(const scene_run *run, const scene_body_run *body) {
   }
 }
 
+#define BIT(name) (1u << THRUM_INTEGRATOR_##name)
+#define EXPLICIT (BIT(VERLET) | BIT(RK4))
+
 /* The step against what the loads and the start of a body move. Bodies that are free are moved by
  * what they touch, which nobody knows before. */
 static void look_at_step(const scene_run *run, const scene_body_run *body) {
@@ -85,13 +88,12 @@ static void look_at_step(const scene_run *run, const scene_body_run *body) {
                                              body->model->rigid == NULL};
   if (known)
     coarse_step_warn(&motion, "");
+  if (known && !(1u << request.def.integrator & EXPLICIT))
+    coarse_step_warn_slowest(body->model, motion.pace, run->dt);
   free(directions);
 }
 
 /* --- keys ------------------------------------------------------------------------------------- */
-
-#define BIT(name) (1u << THRUM_INTEGRATOR_##name)
-#define EXPLICIT (BIT(VERLET) | BIT(RK4))
 
 /* Keys of a step that some integrators have alone. Those of imexv are refused. */
 static const struct {

@@ -99,18 +99,21 @@ typedef struct scene_run {
   bool failed; /* the last step was made by some bodies only */
   run_folder folder;
   FILE *probes;
-  double met_time;           /* after the step in which surfaces met first; 0: none did [s] */
-  int32_t met[2];            /* whose they were, as in a touch; -1: a step without contact */
-  double near_share;         /* of the thickness that is missing between two after the first step */
-  double near_distance;      /* between them then [m] */
-  int32_t near[2];           /* which these are, as in a touch */
-  bool has_hard_obstacles;   /* that vertices touch, without a stiffness of their own */
-  bool has_detail;           /* a body has a level of detail */
-  scene_looks *looks;        /* of each of the models; owned */
-  FILE *account;             /* where bodies touch each other */
-  FILE *contact;             /* where something may touch */
-  FILE *links;               /* where there are links */
-  thrum_scene_account first; /* at the start */
+  double met_time;         /* after the step in which surfaces met first; 0: none did [s] */
+  int32_t met[2];          /* whose they were, as in a touch; -1: a step without contact */
+  double near_share;       /* of the thickness that is missing between two after the first step */
+  double near_distance;    /* between them then [m] */
+  int32_t near[2];         /* which these are, as in a touch */
+  bool has_hard_obstacles; /* that vertices touch, without a stiffness of their own */
+  bool has_passing;        /* a body touches none, as it is condensed, where it would touch */
+  double through_time;     /* at which something was in it first; 0: nothing was [s] */
+  thrum_scene_overlap through; /* what */
+  bool has_detail;             /* a body has a level of detail */
+  scene_looks *looks;          /* of each of the models; owned */
+  FILE *account;               /* where bodies touch each other */
+  FILE *contact;               /* where something may touch */
+  FILE *links;                 /* where there are links */
+  thrum_scene_account first;   /* at the start */
   double began, seconds_read, seconds_find, seconds_output, seconds_total;
 } scene_run;
 

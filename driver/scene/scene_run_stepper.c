@@ -136,6 +136,7 @@ static void placement(const void *stepper, int32_t body, double matrix[16]) {
 
 static thrum_status record_row(void *stepper, int64_t step, double time, thrum_error *error) {
   THRUM_TRY(scene_run_judge_note(stepper, step, error));
+  THRUM_TRY(scene_run_look_through(stepper, time, error));
   THRUM_TRY(scene_run_record_account(stepper, step, time, error));
   THRUM_TRY(scene_run_record_contact(stepper, step, time, error));
   THRUM_TRY(scene_run_record_links(stepper, error));

@@ -139,10 +139,20 @@ void scene_run_name_overlap(const scene_run *run, const thrum_scene_overlap *ove
     snprintf(in, SCENE_OVERLAP_NAME, "obstacles[%d]", (int)index);
 }
 
+bool scene_run_is_condensed(const scene_run *run, int32_t body) {
+  thrum_scene_body_info info = {0};
+  return body >= 0 && thrum_scene_body(run->scene, body, &info, NULL) >= 0 && info.condensed;
+}
+
 thrum_status scene_run_check_start(const scene_run *run, thrum_error *error) {
   thrum_scene_overlap deepest;
   THRUM_TRY(thrum_scene_find_overlap(run->scene, &deepest, error));
   if (deepest.body < 0 || deepest.depth <= SCENE_OVERLAP * deepest.diagonal)
+    return THRUM_OK;
+
+  // condensed bodies touch none, and may begin in each other
+  if (deepest.obstacle < 0 &&
+      (scene_run_is_condensed(run, deepest.body) || scene_run_is_condensed(run, deepest.other)))
     return THRUM_OK;
 
   const scene_body_spec *body = &scene_bodies(&run->spec)[deepest.body];

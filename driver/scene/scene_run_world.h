@@ -34,4 +34,8 @@ thrum_status scene_run_add_base_motion(const base_motion_spec *base_motion, thru
                                        thrum_error *error);
 thrum_status scene_run_probes(scene_run *run);
 
+/* Does a body step some of its coordinates alone, so that it touches no other and no faces? False
+ * of -1. */
+bool scene_run_is_condensed(const scene_run *run, int32_t body);
+
 #endif

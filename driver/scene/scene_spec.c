@@ -414,12 +414,30 @@ static void begin_scene(scene_spec *spec) {
   };
 }
 
+/* What a run of one model has, and a scene has not. */
+static thrum_status refuse_ratios(const scene_spec *spec) {
+  const json_document *document = &spec->file.document;
+  for (int64_t n = 0; n < document->count; n++) {
+    const char *key = document->nodes[n].key;
+    if (key != NULL && (strcmp(key, "damping_ratio") == 0 || strcmp(key, "q") == 0))
+      return thrum_error_set(
+          spec->file.error, THRUM_UNSUPPORTED,
+          "%.150s:%lld: \"%s\" is of the modes of one model, thrum simulate MODEL; in a scene give "
+          "a "
+          "body \"damping\": A in 1/s, twice the ratio and the angular frequency of the mode that "
+          "swings",
+          spec->file.name, (long long)document->nodes[n].line, key);
+  }
+  return THRUM_OK;
+}
+
 static thrum_status read_scene(scene_spec *spec) {
   const json_node *root = &spec->file.document.nodes[0];
   if (root->type != JSON_OBJECT)
     return thrum_error_set(spec->file.error, THRUM_BAD_FORMAT,
                            "%.150s:%lld: a scene stands in { }, with its \"bodies\" in [ ]",
                            spec->file.name, (long long)root->line);
+  THRUM_TRY(refuse_ratios(spec));
   THRUM_TRY(config_record_read(&spec->file, scene_keys, spec));
   return check(spec);
 }

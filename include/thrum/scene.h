@@ -348,11 +348,11 @@ typedef struct thrum_scene_overlap {
 } thrum_scene_overlap;
 
 /* Finds the overlap at present that is deepest for the size of its body: of vertices that may touch
- * with obstacles, of spheres with bodies, and of bodies that touch each other or solids, by their
- * vertices, by edges that go through faces, and by points of their middle. A body that begins
- * inside an obstacle is thrown out by the springs that it overlaps (`granted` of its contact); one
- * that begins inside another body is not seen there. It looks at all edges and faces that may meet,
- * and allocates: call it before a run and not in it. */
+ * with obstacles, of spheres with bodies, and of bodies that touch each other or solids, or would
+ * if they were not condensed, by their vertices, by edges that go through faces, and by points of
+ * their middle. A body that begins inside an obstacle is thrown out by the springs that it overlaps
+ * (`granted` of its contact); one that begins inside another body is not seen there. It looks at
+ * all edges and faces that may meet, and allocates: call it before a run and not in it. */
 THRUM_API thrum_status thrum_scene_find_overlap(thrum_scene *scene, thrum_scene_overlap *deepest,
                                                 thrum_error *error);
 

@@ -5,6 +5,7 @@ SPDX-License-Identifier: Apache-2.0
 
 from __future__ import annotations
 
+import io
 import json
 import os
 import pathlib
@@ -138,14 +139,37 @@ class Model:
         return otherwise
 
     def save(self, path: Path) -> None:
-        """Writes the file that the model was read from, byte for byte. A model made from another has no file."""
-        self._handle()
-        if self._recipe[0] != "bytes":
-            raise ValueError("a model that was scaled or condensed has no file; save the one it was made of")
+        """Writes the file that the model was read from, byte for byte, or that of its other parameters.
+
+        A model that was scaled or condensed has no file.
+        """
+        content = self._bytes()
         target = pathlib.Path(path)
         with tempfile.NamedTemporaryFile(dir=target.parent, delete=False) as beside:
-            beside.write(self._recipe[1].array.tobytes())
+            beside.write(content)
         os.replace(beside.name, target)
+
+    def _bytes(self) -> bytes:
+        """The file of this model."""
+        self._handle()
+        if self._recipe[0] == "bytes":
+            return bytes(self._recipe[1].array.tobytes())
+        if self._recipe[0] != "parameters":
+            raise ValueError("a model that was scaled or condensed has no file; save the one it was made of")
+
+        # the arrays of the model that it was made of, with their numbers here; what is no array of the model stays
+        arrays = {}
+        with np.load(io.BytesIO(self._recipe[1]._bytes())) as file:
+            for name in file.files:
+                before, here = file[name], getattr(self._c, name, None)
+                if here is None:
+                    arrays[name] = before
+                elif here != ffi.NULL:
+                    arrays[name] = np.frombuffer(ffi.buffer(here, before.nbytes), before.dtype).reshape(before.shape)
+        written = io.BytesIO()
+        np.savez(written, **arrays)
+        Model.from_bytes(written.getvalue())  # what cannot be read again is not written
+        return written.getvalue()
 
     def _handle(self) -> _Handle:
         if self._shared is None:

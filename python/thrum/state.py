@@ -80,6 +80,9 @@ def state_def(options: dict[str, Any]) -> Any:
             setattr(definition, name, value)
         elif name in _SWITCHES:
             setattr(definition, name, 1 if value else 0)
+        elif name in ("damping_ratio", "damping_ratios"):
+            raise TypeError("a state has no damping ratios: give damping_alpha, twice the ratio and the angular frequency "
+                            "of the mode that swings; thrum.simulate takes damping_ratio")
         else:
             known = ", ".join([*_TYPES, "split_rule", "kernel", *_NUMBERS, *_PLASTIC, *_WHOLE, *_SWITCHES])
             raise TypeError(f"a state has no option {name!r}; it has: {known}")

@@ -73,7 +73,7 @@ static void a_body_that_hardly_moves_is_told_in_words(void **state) {
 
   char text[PERCENT_MAX];
   static const double shares[] = {0.00114, 0.93, 0.999, 2.5, 1e-9};
-  static const char *const texts[] = {"0.11", "93", "100", "250", "1e-07"};
+  static const char *const texts[] = {"0.11", "93", "100", "250", "<0.0001"};
   for (int n = 0; n < 5; n++)
     assert_string_equal(percent_text(shares[n], text), texts[n]);
 }

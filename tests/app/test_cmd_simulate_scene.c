@@ -291,6 +291,8 @@ static void a_mistake_is_named_by_file_line_and_path(void **state) {
        "scene.json:2: bodies[0] has no key \"rnak\"; did you mean \"rank\"?"},
       {"{\"bodies\": [" BODY ",\n\"zzz\": 3}]}",
        "scene.json:2: bodies[0] has no key \"zzz\"; its keys: name, model, "},
+      {"{\"bodies\": [" BODY ",\n\"damping_ratio\": 0.01}]}",
+       "scene.json:2: \"damping_ratio\" is of the modes of one model"},
       {"{\"bodies\": [" BODY ",\n\n\"rank\": 40}]}",
        "scene.json:3: bodies[0].rank: rank 40 is asked for; the model has 1 to 10"},
       {"{\"bodies\": [" BODY ",\n\"surface\": \"nothere.obj\"}]}",
@@ -980,6 +982,25 @@ static void expect_crossed(const char *text, const char *const words[], int coun
   program_result_free(&run);
 }
 
+/* A condensed body touches none: what falls through it flags the run, and what passes by does not.
+ */
+static void what_falls_into_a_condensed_body_flags_the_run(void **state) {
+  (void)state;
+  static const char *const words[] = {"passes through other bodies", "is in body \"low\" at",
+                                      "--touch-stepped"};
+  static const char falls[] = "{\"dt\": 0.002, \"time\": 0.02, \"bodies\": [\n"
+                              " {\"name\": \"low\", \"model\": \"beam.npz\", \"condense\": 3},\n"
+                              " {\"name\": \"high\", \"model\": \"free.npz\", \"free\": true, "
+                              "\"position\": [0.3, %s, 0.25],\n"
+                              "  \"velocity\": [0, 0, -10]}]}";
+  char text[500];
+  snprintf(text, sizeof text, falls, "0");
+  expect_crossed(text, words, 3);
+  snprintf(text, sizeof text, falls, "1");
+  cJSON *object = simulate(text, "beside", 0);
+  cJSON_Delete(object);
+}
+
 /* At 1 m a step a bullet goes through a plate, and at 2 m through a cylinder, where contact cannot
  * be solved for; the bodies are apart again when the step ends. */
 static void a_body_that_passes_another_within_a_step_flags_the_run(void **state) {
@@ -1520,6 +1541,7 @@ int main(void) {
       cmocka_unit_test(the_forces_of_contact_are_in_a_file),
       cmocka_unit_test(a_start_within_the_thickness_is_told_of),
       cmocka_unit_test(surfaces_that_cross_flag_the_run),
+      cmocka_unit_test(what_falls_into_a_condensed_body_flags_the_run),
       cmocka_unit_test(a_body_that_passes_another_within_a_step_flags_the_run),
       cmocka_unit_test(a_sphere_that_goes_through_a_body_flags_the_run),
       cmocka_unit_test(bars_that_a_joint_held_in_each_other_are_said),

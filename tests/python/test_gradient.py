@@ -1,4 +1,6 @@
 """Gradients of runs from Python. SPDX-License-Identifier: Apache-2.0"""
+import os
+import tempfile
 import unittest
 
 import numpy as np
@@ -118,6 +120,16 @@ class Gradients(unittest.TestCase):
                                             parameters=True))
         values = model.parameters
         np.testing.assert_allclose(model.with_parameters(values * [1.1, 1.1, 1.0]).omega2, 1.1 * np.array(model.omega2), 1e-9)
+
+        # that body has a file, with the same bits and parameters
+        other = model.with_parameters(values * [1.2, 1.1, 0.9])
+        with tempfile.TemporaryDirectory() as folder:
+            other.save(os.path.join(folder, "other.npz"))
+            again = thrum.Model.load(os.path.join(folder, "other.npz"))
+        np.testing.assert_array_equal(again.omega2, other.omega2)
+        np.testing.assert_allclose(again.parameters, values * [1.2, 1.1, 0.9], 1e-12)
+        q = other.start(0, 0.02)
+        self.assertEqual(again.strain_energy(q), other.strain_energy(q))
 
         # a pull at the tip from rest, seen at the tip
         def run(body, parameters=False):
