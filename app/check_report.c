@@ -9,6 +9,7 @@
 #include "driver/model/mesh_warnings.h"
 #include "io/json.h"
 #include "io/report.h"
+#include "mesh/mesh_elements.h"
 #include "mesh/mesh_flags.h"
 #include "mesh/mesh_groups.h"
 #include "mesh/mesh_thickness.h"
@@ -55,12 +56,14 @@ static void add_flags(cJSON *object, const thrum_mesh *mesh, const thrum_mesh_ex
   }
 }
 
-/* The numbers of the vertices of a tet in the file. */
-static void add_vertices(cJSON *object, const thrum_mesh *mesh, const int32_t tet[4]) {
-  double numbers[4];
-  for (int k = 0; k < 4; k++)
-    numbers[k] = (double)file_number(mesh, tet[k]);
-  json_numbers(object, "vertices", numbers, 4);
+/* The numbers of the corners of element e in the file. */
+static void add_vertices(cJSON *object, const thrum_mesh *mesh, int64_t e) {
+  double numbers[THRUM_SOLID_NODES_MAX];
+  const thrum_mesh_element element = thrum_mesh_element_at(mesh, e);
+  const int corners = thrum_solid_shapes[thrum_solid_forms[element.form].kind].corners;
+  for (int k = 0; k < corners; k++)
+    numbers[k] = (double)file_number(mesh, element.nodes[k]);
+  json_numbers(object, "vertices", numbers, corners);
 }
 
 static void add_lists(cJSON *object, const thrum_mesh *mesh, const thrum_mesh_examined *e) {
@@ -68,13 +71,14 @@ static void add_lists(cJSON *object, const thrum_mesh *mesh, const thrum_mesh_ex
   for (int b = 0; b < THRUM_EXAMINE_BINS; b++)
     cJSON_AddItemToArray(histogram, json_number_item((double)e->histogram[b]));
 
-  // tets are counted from 1, as in the table
-  cJSON *worst = cJSON_AddArrayToObject(object, "worst_tets");
+  // elements are counted from 1, as in the table
+  const bool solids = mesh->solid_count > 0;
+  cJSON *worst = cJSON_AddArrayToObject(object, solids ? "worst_elements" : "worst_tets");
   for (int i = 0; i < THRUM_EXAMINE_WORST && e->worst[i] >= 0; i++) {
-    cJSON *tet = json_add_row(worst);
-    json_number(tet, "tet", (double)(e->worst[i] + 1));
-    json_number(tet, "ratio", e->worst_ratio[i]);
-    add_vertices(tet, mesh, mesh->tets + 4 * e->worst[i]);
+    cJSON *row = json_add_row(worst);
+    json_number(row, solids ? "element" : "tet", (double)(e->worst[i] + 1));
+    json_number(row, "ratio", e->worst_ratio[i]);
+    add_vertices(row, mesh, e->worst[i]);
   }
 
   cJSON *groups = cJSON_AddArrayToObject(object, "groups");
@@ -169,12 +173,15 @@ static const report_line lines[] = {
     REPORT_LINE("edges", "{edge_min_m:.4g} to {edge_max_m:.4g} m"),
     REPORT_LINE("surface", "{surface_triangles} triangles in {surfaces} closed surface{surfaces#|s}"
                            "[, {genus} hole{genus#|s} through the body]"),
-    REPORT_LINE("quality", "mean ratio {ratio_mean:.3f} on average, {ratio_min:.3f} at least"),
+    REPORT_LINE("quality", "{elements?scaled Jacobian|mean ratio} {ratio_mean:.3f} on average, "
+                           "{ratio_min:.3f} at least"),
     REPORT_LINE("", "{from:.1f} to {to:.1f}: {tets}", .each = "bins"),
     REPORT_LINE("worst",
                 "tet {tet}, mean ratio {ratio:.3f}, vertices {vertices.0} {vertices.1} "
                 "{vertices.2} {vertices.3}",
                 .each = "worst_tets", .once = true),
+    REPORT_LINE("worst", "element {element}, scaled Jacobian {ratio:.3f}, vertices {vertices:.0f}",
+                .each = "worst_elements", .once = true),
     REPORT_LINE("thickness",
                 "{cells_across:.2g} cell{cells_across#|s}{thick? or more} over the thickness of "
                 "the thinnest quarter{bends?: bending frequencies there come out about "

@@ -10,6 +10,7 @@
 #include <string.h>
 
 #include "core/base/vec3.h"
+#include "mesh/mesh_elements.h"
 #include "mesh/mesh_faces.h"
 #include "mesh/mesh_thickness.h"
 #include "mesh/model_quality.h"
@@ -169,32 +170,52 @@ static void note_worst(thrum_mesh_examined *e, int64_t tet, double ratio) {
   e->worst_ratio[place] = ratio;
 }
 
+static void measure_edge(const thrum_mesh *mesh, int32_t from, int32_t to, thrum_mesh_examined *e) {
+  double way[3];
+  thrum_subtract3(mesh->vertices + 3 * (int64_t)to, mesh->vertices + 3 * (int64_t)from, way);
+  const double edge = hypot(hypot(way[0], way[1]), way[2]);
+  e->edge_min = e->edge_min > 0 && e->edge_min < edge ? e->edge_min : edge;
+  e->edge_max = e->edge_max > edge ? e->edge_max : edge;
+}
+
+/* Counts the shape of element n of so many. */
+static void note_ratio(thrum_mesh_examined *e, int64_t n, int64_t count, double ratio) {
+  const int bin = (int)(ratio * THRUM_EXAMINE_BINS);
+  e->histogram[bin < 0 ? 0 : bin < THRUM_EXAMINE_BINS ? bin : THRUM_EXAMINE_BINS - 1]++;
+  e->ratio_min = n == 0 || ratio < e->ratio_min ? ratio : e->ratio_min;
+  e->ratio_mean += ratio / (double)count;
+  note_worst(e, n, ratio);
+}
+
 static void measure_tet(const thrum_mesh *mesh, int64_t t, thrum_mesh_examined *e) {
   const double *corners[4];
   double volume;
-
-  // shortest and longest edge
   for (int a = 0; a < 4; a++)
     corners[a] = mesh->vertices + 3 * (int64_t)mesh->tets[4 * t + a];
   const double ratio = thrum_tet_mean_ratio(corners, &volume);
   if (mesh->midsides)
     volume = thrum_mesh_tet_volume(mesh, t);
-  for (int a = 0; a < 4; a++)
-    for (int b = a + 1; b < 4; b++) {
-      const double edge = hypot(hypot(corners[a][0] - corners[b][0], corners[a][1] - corners[b][1]),
-                                corners[a][2] - corners[b][2]);
-      e->edge_min = e->edge_min > 0 && e->edge_min < edge ? e->edge_min : edge;
-      e->edge_max = e->edge_max > edge ? e->edge_max : edge;
-    }
-
-  const int bin = (int)(ratio * THRUM_EXAMINE_BINS);
-  e->histogram[bin < 0 ? 0 : bin < THRUM_EXAMINE_BINS ? bin : THRUM_EXAMINE_BINS - 1]++;
-  e->ratio_min = t == 0 || ratio < e->ratio_min ? ratio : e->ratio_min;
-  e->ratio_mean += ratio / (double)mesh->tet_count;
-
   e->volume += volume;
   e->mass += mesh->has_material ? volume * mesh->materials[mesh->tet_region[t]].density : 0;
-  note_worst(e, t, ratio);
+
+  // the tets of solids are no elements
+  if (mesh->solid_count > 0)
+    return;
+  for (int a = 0; a < 4; a++)
+    for (int b = a + 1; b < 4; b++)
+      measure_edge(mesh, mesh->tets[4 * t + a], mesh->tets[4 * t + b], e);
+  note_ratio(e, t, mesh->tet_count, ratio);
+}
+
+static void measure_solid(const thrum_mesh *mesh, int64_t s, thrum_mesh_examined *e) {
+  const thrum_mesh_element element = thrum_mesh_element_at(mesh, s);
+  const thrum_solid kind = thrum_solid_forms[element.form].kind;
+  for (int n = 0; n < thrum_solid_shapes[kind].edges; n++) {
+    const int *ends = thrum_solid_shapes[kind].edge[n];
+    measure_edge(mesh, element.nodes[ends[0]], element.nodes[ends[1]], e);
+  }
+  note_ratio(e, s, mesh->solid_count,
+             thrum_solid_shape_measure(kind, mesh->vertices, element.nodes));
 }
 
 static void measure_body(const thrum_mesh *mesh, thrum_mesh_examined *e) {
@@ -205,6 +226,8 @@ static void measure_body(const thrum_mesh *mesh, thrum_mesh_examined *e) {
     e->worst[i] = -1;
   for (int64_t t = 0; t < mesh->tet_count; t++)
     measure_tet(mesh, t, e);
+  for (int64_t s = 0; s < mesh->solid_count; s++)
+    measure_solid(mesh, s, e);
   for (int64_t i = 0; i < mesh->region_count && mesh->has_material; i++)
     e->poisson_max = fmax(e->poisson_max, mesh->materials[i].poisson);
 }

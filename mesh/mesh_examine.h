@@ -16,9 +16,10 @@ typedef struct thrum_mesh_examined {
   double edge_min, edge_max;     /* shortest and longest edge of a tet [m] */
   double poisson_max;            /* largest nu; 0 without materials */
 
-  double ratio_min, ratio_mean;          /* of the mean ratio, see model_quality.h */
-  int64_t histogram[THRUM_EXAMINE_BINS]; /* tets with a mean ratio in [b, b + 1) / 10 */
-  int64_t worst[THRUM_EXAMINE_WORST];    /* tets, the worst first; -1: there are fewer */
+  double ratio_min, ratio_mean;          /* of the mean ratio, see model_quality.h; of solids of the
+                                            scaled Jacobian, see solids.h */
+  int64_t histogram[THRUM_EXAMINE_BINS]; /* elements with a ratio in [b, b + 1) / 10 */
+  int64_t worst[THRUM_EXAMINE_WORST];    /* elements, the worst first; -1: there are fewer */
   double worst_ratio[THRUM_EXAMINE_WORST];
 
   int64_t pieces;              /* parts that no shared vertex joins */

@@ -8,6 +8,7 @@
 #include "core/base/pi.h"
 #include "core/base/quadratic_tet.h"
 #include "core/base/vec3.h"
+#include "mesh/solids.h"
 
 double thrum_tet_mean_ratio(const double *const corners[4], double *volume) {
   double edge[3][3];
@@ -45,6 +46,20 @@ static double quadratic_volume(const thrum_model *model, int64_t t) {
   return thrum_quadratic_volume(places);
 }
 
+/* The shape of solids, whose tetrahedra are no elements. */
+static void measure_solids(const thrum_model *model, thrum_quality *measured) {
+  for (int64_t s = 0; s < model->solid_count; s++) {
+    const thrum_solid_form_shape *form = &thrum_solid_forms[model->solid_form[s]];
+    const double ratio = thrum_solid_shape_measure(
+        form->kind, model->vertices, model->solid_nodes + model->solid_ends[s] - form->nodes);
+    measured->ratio_mean += ratio;
+    if (ratio < measured->ratio_min - 1e-12) {
+      measured->ratio_min = ratio;
+      measured->worst_tet = s;
+    }
+  }
+}
+
 thrum_status thrum_quality_measure(const thrum_model *model, thrum_quality *quality,
                                    thrum_error *error) {
   if (model->vertices == NULL || model->tets == NULL || model->tet_count < 1)
@@ -67,6 +82,8 @@ thrum_status thrum_quality_measure(const thrum_model *model, thrum_quality *qual
       volume = quadratic_volume(model, t);
     measured.volume += volume;
     measured.mass += volume * model->material[3 * (int64_t)model->tet_region[t] + 2];
+    if (model->solid_count > 0)
+      continue;
     measured.ratio_mean += ratio;
 
     // among equals the first is named, whatever rounding says
@@ -76,7 +93,8 @@ thrum_status thrum_quality_measure(const thrum_model *model, thrum_quality *qual
     }
   }
 
-  measured.ratio_mean /= (double)model->tet_count;
+  measure_solids(model, &measured);
+  measured.ratio_mean /= (double)(model->solid_count > 0 ? model->solid_count : model->tet_count);
   *quality = measured;
   return THRUM_OK;
 }

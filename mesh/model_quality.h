@@ -14,9 +14,10 @@ typedef struct thrum_quality {
   double mass;       /* [kg] */
   double box_min[3]; /* bounding box at rest [m] */
   double box_max[3];
-  double ratio_min; /* mean ratio of the worst tetrahedron, in (0, 1] */
+  double ratio_min; /* mean ratio of the worst tetrahedron, in (0, 1]; of solids their scaled
+                       Jacobian (solids.h) */
   double ratio_mean;
-  int64_t worst_tet;   /* 0-based */
+  int64_t worst_tet;   /* 0-based; of solids the worst of these */
   int64_t fixed_count; /* vertices with any component held */
 } thrum_quality;
 

@@ -3,8 +3,11 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "mesh/solids.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <string.h>
+
+#include "core/base/vec3.h"
 
 const thrum_solid_topology thrum_solid_shapes[THRUM_SOLID_KINDS] = {
     {"tetrahedra",
@@ -75,6 +78,30 @@ thrum_solid_words thrum_solid_count_words(const uint8_t *forms, int64_t count) {
           (size_t)snprintf(words.text + length, sizeof words.text - length, "%s%lld %s",
                            length > 0 ? ", " : "", counts[form], thrum_solid_forms[form].name);
   return words;
+}
+
+/* The corners that edges lead to from each corner, in an order that spans a positive volume. */
+static const int neighbours[THRUM_SOLID_KINDS][8][3] = {
+    [THRUM_SOLID_TET] = {{1, 2, 3}, {2, 0, 3}, {0, 1, 3}, {0, 2, 1}},
+    [THRUM_SOLID_WEDGE] = {{1, 2, 3}, {2, 0, 4}, {0, 1, 5}, {5, 4, 0}, {3, 5, 1}, {4, 3, 2}},
+    [THRUM_SOLID_HEXAHEDRON] = {
+        {1, 3, 4}, {2, 0, 5}, {3, 1, 6}, {0, 2, 7}, {7, 5, 0}, {4, 6, 1}, {5, 7, 2}, {6, 4, 3}}};
+
+double thrum_solid_shape_measure(thrum_solid kind, const double *vertices, const int32_t *nodes) {
+  static const double regular[THRUM_SOLID_KINDS] = {[THRUM_SOLID_TET] = 0.70710678118654752,
+                                                    [THRUM_SOLID_WEDGE] = 0.86602540378443865,
+                                                    [THRUM_SOLID_HEXAHEDRON] = 1};
+  double least = INFINITY;
+  for (int c = 0; c < thrum_solid_shapes[kind].corners; c++) {
+    double edges[3][3], lengths = 1;
+    for (int e = 0; e < 3; e++) {
+      thrum_subtract3(vertices + 3 * (int64_t)nodes[neighbours[kind][c][e]],
+                      vertices + 3 * (int64_t)nodes[c], edges[e]);
+      lengths *= sqrt(thrum_dot3(edges[e], edges[e]));
+    }
+    least = fmin(least, thrum_triple3(edges[0], edges[1], edges[2]) / (lengths * regular[kind]));
+  }
+  return least;
 }
 
 static bool has_corner(const int face[4], int corner) {

@@ -69,6 +69,11 @@ typedef struct thrum_solid_words {
 } thrum_solid_words;
 thrum_solid_words thrum_solid_count_words(const uint8_t *forms, int64_t count);
 
+/* The least scaled Jacobian at the corners of a solid with these places of all vertices: the volume
+ * that the three unit edges at a corner span, over that of the regular element; 1 for a box, 0
+ * where it is flat, below 0 inside out. It does not mind how thin an element is. */
+double thrum_solid_shape_measure(thrum_solid kind, const double *vertices, const int32_t *nodes);
+
 /* Cuts an element whose corners have these numbers; fills in the corners of its tets, each a place
  * among the element's own, wound as the element is. Returns how many tets there are, at most
  * THRUM_SOLID_TETS_MAX; corners that come twice give tets with a vertex twice. */

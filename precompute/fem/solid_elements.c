@@ -1,10 +1,10 @@
 /* Elements with rows and points, see solid_elements.h. Solid-shells after Hauptmann, Schweizerhof
- * 1998 (doi:10.1002/(SICI)1097-0207(19980515)42:1<49::AID-NME349>3.0.CO;2-2), Klinkel, Gruttmann,
- * Wagner 2006 (Comput. Methods Appl. Mech. Eng. 195, 179-201), with the transverse shear of
- * Dvorkin, Bathe 1984 (doi:10.1108/eb023562) or of Lee, Bathe 2004 (Computers & Structures 82,
- * 945-962), and the strain across of Betsch, Stein 1995 (doi:10.1002/cnm.1640111104); enhanced
- * strains after Simo, Rifai 1990 (doi:10.1002/nme.1620290802), and those of the volume after Simo,
- * Armero, Taylor 1993 (Comput. Methods Appl. Mech. Eng. 110, 359-386). Cost: one QR factor of at
+ * 1998 (Int. J. Numer. Methods Eng. 42, 49-69), Klinkel, Gruttmann, Wagner 2006 (Comput. Methods
+ * Appl. Mech. Eng. 195, 179-201), with the transverse shear of Dvorkin, Bathe 1984 (Eng. Comput. 1,
+ * 77-88) or of Lee, Bathe 2004 (Computers & Structures 82, 945-962), and the strain across of
+ * Betsch, Stein 1995 (Commun. Numer. Methods Eng. 11, 899-909); enhanced strains after Simo, Rifai
+ * 1990 (Int. J. Numer. Methods Eng. 29, 1595-1638), and those of the volume after Simo, Armero,
+ * Taylor 1993 (Comput. Methods Appl. Mech. Eng. 110, 359-386). Cost: one QR factor of at
  * most 48 rows an element.
  *
  * SPDX-License-Identifier: Apache-2.0 */

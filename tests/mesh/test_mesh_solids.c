@@ -469,6 +469,26 @@ static void elements_that_stay_have_the_order_of_the_file(void **state) {
   assert_non_null(strstr(error.message, "--order 2"));
 }
 
+/* A box has 1 however thin it is, and a corner that leans by 60 degrees the cosine of it. */
+static void the_shape_of_a_solid_is_that_of_its_corners(void **state) {
+  (void)state;
+  double places[8][3] = {{0, 0, 0},    {1, 0, 0},    {1, 1, 0},    {0, 1, 0},
+                         {0, 0, 1e-3}, {1, 0, 1e-3}, {1, 1, 1e-3}, {0, 1, 1e-3}};
+  static const int32_t nodes[8] = {0, 1, 2, 3, 4, 5, 6, 7}, wedge[6] = {0, 1, 2, 4, 5, 6};
+  const thrum_solid hexahedron = THRUM_SOLID_HEXAHEDRON;
+  assert_true(fabs(thrum_solid_shape_measure(hexahedron, places[0], nodes) - 1) < 1e-15);
+  assert_true(fabs(thrum_solid_shape_measure(THRUM_SOLID_WEDGE, places[0], wedge) -
+                   sqrt(0.5) / sqrt(0.75)) < 1e-14);
+  for (int n = 4; n < 8; n++)
+    places[n][0] += 1e-3 * sqrt(3.0);
+  assert_true(fabs(thrum_solid_shape_measure(hexahedron, places[0], nodes) - 0.5) < 1e-12);
+  for (int n = 4; n < 8; n++)
+    places[n][2] = -1e-3;
+  assert_true(thrum_solid_shape_measure(hexahedron, places[0], nodes) < 0);
+  static const double tet[4][3] = {{1, 1, 1}, {-1, 1, -1}, {1, -1, -1}, {-1, -1, 1}};
+  assert_true(fabs(thrum_solid_shape_measure(THRUM_SOLID_TET, tet[0], nodes) - 1) < 1e-14);
+}
+
 static void a_beam_may_be_of_hexahedra(void **state) {
   (void)state;
   const thrum_mesh_read_options kept = {.scale = 1, .element = THRUM_ELEMENT_AUTO};
@@ -520,6 +540,7 @@ int main(void) {
       cmocka_unit_test(what_was_made_is_held_with_its_vertices),
       cmocka_unit_test(elements_that_stay_have_the_order_of_the_file),
       cmocka_unit_test(solids_are_written_as_what_they_are),
+      cmocka_unit_test(the_shape_of_a_solid_is_that_of_its_corners),
       cmocka_unit_test(a_beam_may_be_of_hexahedra),
       cmocka_unit_test(bad_elements_are_refused_with_their_number_and_line),
   };
