@@ -193,6 +193,37 @@ static void what_changes_take_is_counted(void **state) {
   close_world(&w);
 }
 
+/* Updates at both ends of a swing, where it has no velocity, see the way between them. */
+static void a_swing_is_not_still_where_it_turns(void **state) {
+  (void)state;
+  enum { HALF = 35 };
+  const double dt = 0.003, omega = 3.14159265358979 / (HALF * dt), q[RANK] = {0.1};
+  world w;
+  random_model_make(&w.m, 11, RANK, omega, 100, INFINITY);
+  random_model_add_mesh(&w.m, 12, VERTICES);
+  random_model_pack(&w.m);
+  thrum_scene_body_def def = thrum_default_scene_body_def();
+  def.model = &w.m.model;
+  def.state.integrator = THRUM_INTEGRATOR_ENERGY;
+  def.q = q;
+  MUST(thrum_scene_create(dt, &w.scene, &failure));
+  MUST(thrum_scene_add_body(w.scene, &def, NULL, &failure));
+  const thrum_scene_detail detail = {.masters = MASTERS, .still = 1e-9, .jump = 1e-9};
+  MUST(thrum_scene_set_detail(w.scene, 0, &detail, &failure));
+  MUST(thrum_scene_update_detail(w.scene, &failure));
+  for (int k = 0; k < 4; k++) {
+    double before[3 * VERTICES], after[3 * VERTICES];
+    positions_of(&w, before);
+    for (int n = 0; n < HALF; n++)
+      MUST(thrum_scene_step(w.scene, &failure));
+    positions_of(&w, after);
+    MUST(thrum_scene_update_detail(w.scene, &failure));
+    for (int v = 0; v < 3 * VERTICES; v++)
+      assert_true(report_of(&w).speed * HALF * dt >= fabs(after[v] - before[v]) * (1 - 1e-12));
+  }
+  close_world(&w);
+}
+
 static void a_still_body_steps_fewer_until_it_moves_again(void **state) {
   (void)state;
   world w;
@@ -312,6 +343,7 @@ int main(void) {
       cmocka_unit_test(a_change_that_would_jump_further_is_put_off),
       cmocka_unit_test(the_jump_of_every_vertex_counts),
       cmocka_unit_test(what_changes_take_is_counted),
+      cmocka_unit_test(a_swing_is_not_still_where_it_turns),
       cmocka_unit_test(a_still_body_steps_fewer_until_it_moves_again),
       cmocka_unit_test(a_condensed_body_comes_back_to_its_own_number),
       cmocka_unit_test(a_body_that_may_touch_others_is_left_whole),
