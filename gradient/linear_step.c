@@ -17,8 +17,7 @@
  *   d kappa/ds = (kappa - kappa^2 - z)/2,   d nu^2/ds = 2 kappa d kappa/ds + z,
  *
  * which are 0 where kappa = nu = 1. Newmark has the unknown a' and J = 1 + beta h^2 T' + gamma h D;
- * verlet is explicit, and asks T once at each place,
- * where two half kicks meet.
+ * verlet is explicit, and asks T once at each place, where two half kicks meet; the kicks say R.
  * Cost: T and R at one end (the other is that of the step before; the average vector field takes
  * another pair), 2/3 rank^3 for J, and a few products with matrices.
  *
@@ -62,11 +61,10 @@ static bool has_middle(thrum_step_form form) {
 
 void thrum_linear_step_evaluate(thrum_linear_step *step, const double *q, thrum_step_place *place) {
   const thrum_step_form form = step->equation.form;
-  if (form == THRUM_STEP_MIDPOINT)
+  if (form == THRUM_STEP_MIDPOINT || form == THRUM_STEP_VERLET)
     return;
   place->potential = thrum_internal_force(step->model, q, place->force, step->work);
-  if (form != THRUM_STEP_VERLET)
-    thrum_tangent_stiffness(step->model, q, place->tangent, step->work);
+  thrum_tangent_stiffness(step->model, q, place->tangent, step->work);
 }
 
 void thrum_linear_step_turn(thrum_linear_step *step) {
@@ -161,11 +159,25 @@ static void finish_jacobian(thrum_linear_step *step) {
   }
 }
 
+/* R at both ends of a step of verlet, of what changed its momenta. */
+static void put_verlet_forces(thrum_linear_step *step, const thrum_made_step *made) {
+  const double h = step->equation.dt;
+  for (int64_t i = 0; i < step->rank; i++) {
+    const double more = 0.5 * h * step->damping[i], before = made->force_before[i];
+    const double load = before + (made->force[i] - before) / (1.0 + more);
+    step->start.force[i] = 2.0 / h * ((1.0 - more) * made->p[i] - made->half[i]) + load;
+    step->end.force[i] =
+        2.0 / h * (made->half[i] - (1.0 + more) * made->p_next[i]) + made->force[i];
+  }
+}
+
 bool thrum_linear_step_factor(thrum_linear_step *step, const thrum_made_step *made) {
   const int64_t n = step->rank;
   const thrum_step_form form = step->equation.form;
-  if (form == THRUM_STEP_VERLET)
+  if (form == THRUM_STEP_VERLET) {
+    put_verlet_forces(step, made);
     return true;
+  }
 
   for (int64_t i = 0; i < n; i++)
     step->d[i] = made->q_next[i] - made->q[i];

@@ -18,6 +18,7 @@ typedef struct thrum_step_place {
 /* A step as it was made: q, p at its ends, its force and that of the step before (rank each). */
 typedef struct thrum_made_step {
   const double *q, *p, *q_next, *p_next, *force, *force_before;
+  const double *half; /* of verlet: p in the middle of the step */
 } thrum_made_step;
 
 typedef struct thrum_linear_step {
@@ -60,7 +61,7 @@ typedef struct thrum_step_change {
 /* Fills what steps with parts of the energy need, once kappa, nu and damping are known. */
 void thrum_linear_step_prepare_parts(thrum_linear_step *step);
 
-/* R, T and V of an end, as far as steps of this form need them. */
+/* R, T and V of an end, as far as steps of this form need them; verlet has R from its momenta. */
 void thrum_linear_step_evaluate(thrum_linear_step *step, const double *q, thrum_step_place *place);
 
 /* The end of one step is the start of the next. */

@@ -34,9 +34,9 @@ static int64_t segment_length(const thrum_tape_def *def) {
   return def->steps / segments + (def->steps % segments > 0 ? 1 : 0);
 }
 
-/* Bytes of a checkpoint: the q before it, and what persists of the state. */
+/* Bytes of a checkpoint: the q before it, q and p there, and what persists of the state. */
 static size_t kept_size(const thrum_model *model, const thrum_state *state) {
-  return thrum_round_up((size_t)model->rank * sizeof(double)) +
+  return thrum_round_up(3 * (size_t)model->rank * sizeof(double)) +
          thrum_round_up(thrum_state_kept_bytes(state));
 }
 
@@ -60,7 +60,7 @@ static thrum_status check_def(const thrum_model *model, const thrum_tape_def *de
 
   // what grows with the steps, and with the checkpoints
   const int64_t width = thrum_condensed_shape_model(model)->rank;
-  const uint64_t each = (uint64_t)(2 * model->rank + width + 1) * sizeof(double);
+  const uint64_t each = (uint64_t)(3 * model->rank + width + 1) * sizeof(double);
   const uint64_t kept = def->checkpoints > 0 ? kept_size(model, def->state) : 1;
   if ((uint64_t)segment_length(def) >= BYTES_MOST / each ||
       (uint64_t)def->checkpoints >= BYTES_MOST / kept)
@@ -123,6 +123,7 @@ static size_t lay(thrum_tape *tape, const thrum_model *model, unsigned char *mem
   // the steps
   tape->q = cut_doubles(memory, (length + 1) * r, &at);
   tape->p = cut_doubles(memory, (length + 1) * r, &at);
+  tape->half = cut_doubles(memory, length * r, &at);
   tape->force = cut_doubles(memory, checkpoints > 0 ? 0 : length * width, &at);
   tape->form = (int32_t *)(void *)cut(memory, length * sizeof(int32_t), &at);
   tape->kept = cut(memory, checkpoints * tape->kept_size, &at);
@@ -233,6 +234,16 @@ static thrum_status check_state(const thrum_model *model, const thrum_tape *tape
   return THRUM_OK;
 }
 
+/* The checkpoint of a segment: the q before it, q and p at its start, and the state. */
+static double *kept_rows(const thrum_tape *tape, int64_t segment) {
+  return (double *)(void *)(tape->kept + (size_t)segment * tape->kept_size);
+}
+
+static unsigned char *kept_state(const thrum_tape *tape, int64_t segment) {
+  return (unsigned char *)kept_rows(tape, segment) +
+         thrum_round_up(3 * (size_t)tape->rank * sizeof(double));
+}
+
 /* Keeps the state before step `count`, the first of a segment, whose rows begin anew. */
 static void keep_start(thrum_tape *tape, const thrum_state *state) {
   const int64_t r = tape->rank, rows = tape->count - tape->first;
@@ -245,9 +256,12 @@ static void keep_start(thrum_tape *tape, const thrum_state *state) {
   tape->first = tape->count;
   if (tape->checkpoints == 0)
     return;
-  unsigned char *kept = tape->kept + (size_t)(tape->count / tape->length) * tape->kept_size;
+  const int64_t segment = tape->count / tape->length;
+  double *kept = kept_rows(tape, segment);
   memcpy(kept, tape->before_q, vector);
-  memcpy(kept + thrum_round_up(vector), state, thrum_state_kept_bytes(state));
+  memcpy(kept + r, tape->q, vector);
+  memcpy(kept + 2 * r, tape->p, vector);
+  memcpy(kept_state(tape, segment), state, thrum_state_kept_bytes(state));
 }
 
 /* Where the tape ends, as the state keeps it. */
@@ -291,22 +305,51 @@ static int64_t divided_steps(const thrum_state *state) {
   return report.substep_steps + report.energy_steps + report.switched_steps;
 }
 
-/* Makes step k from where the state is, and puts its end and its form into their rows. */
+/* p at the start of step k of verlet, from those in the middle of the steps before and after: the
+ * kick is half there, but for a load that jumps. */
+static void put_verlet_start(thrum_tape *tape, int64_t k, const double *half_before) {
+  const int64_t r = tape->rank, row = k - tape->first;
+  const double h = tape->step.equation.dt, *half = tape->half + row * r;
+  const double *force = thrum_tape_force(tape, k), *force_before = thrum_tape_force(tape, k - 1);
+  double *p = tape->p + row * r;
+  for (int64_t i = 0; i < r; i++)
+    p[i] = 0.5 * (half_before[i] + half[i]) +
+           0.25 * h * (force_before[i] - force[i]) / (1.0 + 0.5 * h * tape->damping[i]);
+  if (row == 0 && tape->checkpoints > 0)
+    memcpy(kept_rows(tape, k / tape->length) + 2 * r, p, (size_t)r * sizeof *p);
+}
+
+/* Makes step k from where the state is, and puts its end and its form into their rows. The p that
+ * verlet has at the end takes a force: without `seen` it is left to the next step. */
 static thrum_status make_step(const thrum_model *model, thrum_tape *tape, thrum_state *state,
-                              int64_t k, const double *force, thrum_error *error) {
+                              int64_t k, const double *force, bool seen, thrum_error *error) {
   const int64_t r = tape->rank, row = k - tape->first, divided = divided_steps(state);
+  const size_t vector = (size_t)r * sizeof(double);
+  thrum_step_equation equation;
+  THRUM_TRY(thrum_step_equation_get(model, state, &equation, NULL, NULL, NULL, error));
+  const bool verlet = equation.form == THRUM_STEP_VERLET;
+  double *half_before = tape->step.w;
+  memcpy(half_before, equation.p, vector);
   THRUM_TRY(thrum_state_set_load(model, state, force, error));
   const thrum_status status = thrum_step(model, state, error);
   THRUM_TRY(status);
 
   // where it led, and by which equation
-  thrum_step_equation equation;
   double *q = tape->q + (row + 1) * r, *p = tape->p + (row + 1) * r;
-  THRUM_TRY(thrum_state_get(model, state, q, p, error));
+  THRUM_TRY(thrum_state_get(model, state, q, verlet && !seen ? NULL : p, error));
   THRUM_TRY(thrum_step_equation_get(model, state, &equation, NULL, NULL, NULL, error));
   tape->form[row] = (int32_t)equation.form;
   if (tape->divided < 0 && divided_steps(state) > divided)
     tape->divided = k;
+
+  double *own = tape->checkpoints > 0 ? NULL : tape->force + k * tape->width;
+  for (int64_t i = 0; own && i < tape->width; i++)
+    own[i] = force ? force[i] : 0.0;
+  if (verlet) {
+    memcpy(tape->half + row * r, equation.p, vector);
+    if (k > 0)
+      put_verlet_start(tape, k, half_before);
+  }
   return status;
 }
 
@@ -316,21 +359,23 @@ thrum_status thrum_tape_reach(const thrum_model *model, thrum_tape *tape, int64_
   if (tape->first == segment * tape->length)
     return THRUM_OK;
 
-  // from the state that was kept; the start of the run is as it was given
-  const unsigned char *kept = tape->kept + (size_t)segment * tape->kept_size;
+  // from the state that was kept
+  const double *kept = kept_rows(tape, segment);
   const size_t vector = (size_t)r * sizeof(double);
   memcpy(tape->before_q, kept, vector);
-  memcpy(tape->again, kept + thrum_round_up(vector), thrum_state_kept_bytes(tape->again));
+  memcpy(tape->q, kept + r, vector);
+  memcpy(tape->p, kept + 2 * r, vector);
+  memcpy(tape->again, kept_state(tape, segment), thrum_state_kept_bytes(tape->again));
   tape->first = segment * tape->length;
-  THRUM_TRY(thrum_state_get(model, tape->again, tape->q, tape->p, error));
-  if (segment == 0) {
-    memcpy(tape->q, tape->start_q, vector);
-    memcpy(tape->p, tape->start_p, vector);
-  }
-  for (int64_t n = tape->first; n < tape->count && n < tape->first + tape->length; n++) {
+  const int64_t end = tape->first + tape->length;
+  for (int64_t n = tape->first; n < tape->count && n < end; n++) {
     const double *force = tape->forces ? thrum_tape_force(tape, n) : NULL;
-    THRUM_TRY(make_step(model, tape, tape->again, n, force, error));
+    THRUM_TRY(make_step(model, tape, tape->again, n, force, n + 1 == tape->count, error));
   }
+
+  // its end is the start of the next
+  if (end < tape->count)
+    memcpy(tape->p + tape->length * r, kept_rows(tape, segment + 1) + 2 * r, vector);
   return THRUM_OK;
 }
 
@@ -374,9 +419,9 @@ static thrum_status check_row(thrum_tape *tape, const double *force, thrum_error
   return THRUM_OK;
 }
 
-thrum_status thrum_tape_step(const thrum_model *model, thrum_tape *tape, thrum_state *state,
-                             const double *force, thrum_error *error) {
-  THRUM_TRY(thrum_tape_check(model, tape, error));
+/* thrum_tape_step; `seen`: as of make_step. */
+static thrum_status record(const thrum_model *model, thrum_tape *tape, thrum_state *state,
+                           const double *force, bool seen, thrum_error *error) {
   thrum_step_equation equation;
   THRUM_TRY(thrum_step_equation_get(model, state, &equation, NULL, NULL, NULL, error));
   if (tape->count == tape->most)
@@ -394,15 +439,17 @@ thrum_status thrum_tape_step(const thrum_model *model, thrum_tape *tape, thrum_s
     THRUM_TRY(thrum_tape_reach(model, tape, tape->count - 1, error));
   if (tape->count == tape->first + tape->length)
     keep_start(tape, state);
-  const thrum_status status = make_step(model, tape, state, tape->count, force, error);
+  const thrum_status status = make_step(model, tape, state, tape->count, force, seen, error);
   THRUM_TRY(status);
-
   keep_end(tape, &equation);
-  double *row = tape->checkpoints > 0 ? NULL : tape->force + tape->count * tape->width;
-  for (int64_t i = 0; row && i < tape->width; i++)
-    row[i] = force ? force[i] : 0.0;
   tape->count++;
   return status;
+}
+
+thrum_status thrum_tape_step(const thrum_model *model, thrum_tape *tape, thrum_state *state,
+                             const double *force, thrum_error *error) {
+  THRUM_TRY(thrum_tape_check(model, tape, error));
+  return record(model, tape, state, force, true, error);
 }
 
 thrum_status thrum_tape_run(const thrum_model *model, thrum_tape *tape, thrum_state *state,
@@ -415,13 +462,17 @@ thrum_status thrum_tape_run(const thrum_model *model, thrum_tape *tape, thrum_st
   int64_t done = 0;
   while (done < count && worst >= 0) {
     const double *row = force ? force + done * tape->width : NULL;
-    const thrum_status status = thrum_tape_step(model, tape, state, row, error);
+    const thrum_status status = record(model, tape, state, row, done + 1 == count, error);
     done += status >= 0 ? 1 : 0;
 
     // the smaller of two notable statuses is the more notable
     if (status < 0 || (status > 0 && (worst == THRUM_OK || status < worst)))
       worst = status;
   }
+  // a run that fails ends where the step before has
+  if (worst < 0 && done > 0)
+    THRUM_TRY(thrum_state_get(model, state, NULL,
+                              tape->p + (tape->count - tape->first) * tape->rank, error));
   if (made)
     *made = done;
   return worst;

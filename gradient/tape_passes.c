@@ -25,6 +25,7 @@ static thrum_made_step made_step(const thrum_tape *tape, int64_t k) {
                            .p = tape->p + row * r,
                            .q_next = tape->q + (row + 1) * r,
                            .p_next = tape->p + (row + 1) * r,
+                           .half = tape->half + row * r,
                            .force = thrum_tape_force(tape, k),
                            .force_before = thrum_tape_force(tape, k - 1)};
 }

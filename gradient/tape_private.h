@@ -18,6 +18,7 @@ struct thrum_tape {
   /* The rows of the steps from `first` on: all of them, or those of one segment. */
   int64_t length, first;
   double *q, *p;    /* (length + 1) x rank */
+  double *half;     /* length x rank: of verlet, p in the middle of each step */
   double *before_q; /* rank: of the step before `first` */
   int32_t *form;    /* length */
 

@@ -48,10 +48,10 @@ typedef struct thrum_tape_def {
   uint32_t cookie; /* sizeof(thrum_tape_def), from thrum_tape_def_init */
   int64_t steps;   /* that there is room for, 1 or more [1] */
 
-  /* 0: q and p of all steps are kept, with their forces 16 rank + 8 width bytes a step. Else the
+  /* 0: q and p of all steps are kept, with their forces 24 rank + 8 width bytes a step. Else the
    * state is kept this often, and the steps between are made again, with the same bits, when a pass
    * comes to them: a pass costs one run more. Memory is least, and grows with the root of `steps`,
-   * where the square of this is 16 rank steps over thrum_state_kept_bytes. */
+   * where the square of this is 24 rank steps over thrum_state_kept_bytes. */
   int64_t checkpoints;
   const thrum_state *state; /* with checkpoints: the one to be recorded, for its size */
 } thrum_tape_def;
