@@ -63,8 +63,8 @@ void thrum_linear_step_evaluate(thrum_linear_step *step, const double *q, thrum_
   const thrum_step_form form = step->equation.form;
   if (form == THRUM_STEP_MIDPOINT || form == THRUM_STEP_VERLET)
     return;
-  place->potential = thrum_internal_force(step->model, q, place->force, step->work);
-  thrum_tangent_stiffness(step->model, q, place->tangent, step->work);
+  place->potential =
+      thrum_internal_force_tangent(step->model, q, place->force, place->tangent, step->work);
 }
 
 void thrum_linear_step_turn(thrum_linear_step *step) {
@@ -125,8 +125,8 @@ static void put_middle(thrum_linear_step *step, const double *q) {
   const int64_t n = step->rank, count = n * n;
   for (int64_t i = 0; i < n; i++)
     step->x[i] = q[i] + 0.5 * step->d[i];
-  thrum_internal_force(step->model, step->x, step->middle.force, step->work);
-  thrum_tangent_stiffness(step->model, step->x, step->middle.tangent, step->work);
+  thrum_internal_force_tangent(step->model, step->x, step->middle.force, step->middle.tangent,
+                               step->work);
 
   const double *middle = step->middle.tangent;
   if (step->equation.form == THRUM_STEP_MIDPOINT) {

@@ -33,8 +33,7 @@ thrum_status thrum_rest_pull_back(const thrum_model *model, const double *q, con
   const int64_t r = model->rank;
   double *tangent = work, *w = tangent + r * r, *force = w + r, *rest = force + 2 * r;
   int32_t *rows = (int32_t *)(void *)(force + r);
-  thrum_tangent_stiffness(model, q, tangent, rest);
-  thrum_internal_force(model, q, force, rest);
+  thrum_internal_force_tangent(model, q, force, tangent, rest);
   memcpy(w, q_bar, (size_t)r * sizeof *w);
   if (!thrum_linear_factor(tangent, r, rows))
     return thrum_error_set(

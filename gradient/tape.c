@@ -320,16 +320,16 @@ static void put_verlet_start(thrum_tape *tape, int64_t k, const double *half_bef
 }
 
 /* Makes step k from where the state is, and puts its end and its form into their rows. The p that
- * verlet has at the end takes a force: without `seen` it is left to the next step. */
+ * verlet has at the end takes a force: without `seen` it is left to the next step. Of energy the
+ * form is that of the step. */
 static thrum_status make_step(const thrum_model *model, thrum_tape *tape, thrum_state *state,
-                              int64_t k, const double *force, bool seen, thrum_error *error) {
+                              int64_t k, const double *force, bool seen,
+                              thrum_step_equation *equation, thrum_error *error) {
   const int64_t r = tape->rank, row = k - tape->first, divided = divided_steps(state);
   const size_t vector = (size_t)r * sizeof(double);
-  thrum_step_equation equation;
-  THRUM_TRY(thrum_step_equation_get(model, state, &equation, NULL, NULL, NULL, error));
-  const bool verlet = equation.form == THRUM_STEP_VERLET;
+  const bool verlet = equation->form == THRUM_STEP_VERLET;
   double *half_before = tape->step.w;
-  memcpy(half_before, equation.p, vector);
+  memcpy(half_before, equation->p, vector);
   THRUM_TRY(thrum_state_set_load(model, state, force, error));
   const thrum_status status = thrum_step(model, state, error);
   THRUM_TRY(status);
@@ -337,8 +337,9 @@ static thrum_status make_step(const thrum_model *model, thrum_tape *tape, thrum_
   // where it led, and by which equation
   double *q = tape->q + (row + 1) * r, *p = tape->p + (row + 1) * r;
   THRUM_TRY(thrum_state_get(model, state, q, verlet && !seen ? NULL : p, error));
-  THRUM_TRY(thrum_step_equation_get(model, state, &equation, NULL, NULL, NULL, error));
-  tape->form[row] = (int32_t)equation.form;
+  if (equation->form == THRUM_STEP_TRAPEZOID || equation->form == THRUM_STEP_AVERAGE)
+    THRUM_TRY(thrum_step_equation_get(model, state, equation, NULL, NULL, NULL, error));
+  tape->form[row] = (int32_t)equation->form;
   if (tape->divided < 0 && divided_steps(state) > divided)
     tape->divided = k;
 
@@ -346,7 +347,7 @@ static thrum_status make_step(const thrum_model *model, thrum_tape *tape, thrum_
   for (int64_t i = 0; own && i < tape->width; i++)
     own[i] = force ? force[i] : 0.0;
   if (verlet) {
-    memcpy(tape->half + row * r, equation.p, vector);
+    memcpy(tape->half + row * r, equation->p, vector);
     if (k > 0)
       put_verlet_start(tape, k, half_before);
   }
@@ -368,9 +369,12 @@ thrum_status thrum_tape_reach(const thrum_model *model, thrum_tape *tape, int64_
   memcpy(tape->again, kept_state(tape, segment), thrum_state_kept_bytes(tape->again));
   tape->first = segment * tape->length;
   const int64_t end = tape->first + tape->length;
+  thrum_step_equation equation;
+  THRUM_TRY(thrum_step_equation_get(model, tape->again, &equation, NULL, NULL, NULL, error));
   for (int64_t n = tape->first; n < tape->count && n < end; n++) {
     const double *force = tape->forces ? thrum_tape_force(tape, n) : NULL;
-    THRUM_TRY(make_step(model, tape, tape->again, n, force, n + 1 == tape->count, error));
+    THRUM_TRY(
+        make_step(model, tape, tape->again, n, force, n + 1 == tape->count, &equation, error));
   }
 
   // its end is the start of the next
@@ -439,7 +443,8 @@ static thrum_status record(const thrum_model *model, thrum_tape *tape, thrum_sta
     THRUM_TRY(thrum_tape_reach(model, tape, tape->count - 1, error));
   if (tape->count == tape->first + tape->length)
     keep_start(tape, state);
-  const thrum_status status = make_step(model, tape, state, tape->count, force, seen, error);
+  const thrum_status status =
+      make_step(model, tape, state, tape->count, force, seen, &equation, error);
   THRUM_TRY(status);
   keep_end(tape, &equation);
   tape->count++;

@@ -284,6 +284,16 @@ void thrum_tangent_stiffness(const thrum_model *model, const double *q, double *
     fill_unknown(tangent, model->rank * model->rank);
 }
 
+double thrum_internal_force_tangent(const thrum_model *model, const double *q, double *force,
+                                    double *tangent, double *work) {
+  if (thrum_has_energy(model))
+    return thrum_internal_force_tangent_by(thrum_kernel_get(THRUM_KERNEL_BEST), model, q, force,
+                                           tangent, work);
+  fill_unknown(force, model->rank);
+  fill_unknown(tangent, model->rank * model->rank);
+  return NAN;
+}
+
 void thrum_tangent_product(const thrum_model *model, const double *q, const double *v,
                            double *product, double *work) {
   if (thrum_has_energy(model))

@@ -45,6 +45,11 @@ THRUM_API double thrum_internal_force(const thrum_model *model, const double *q,
 THRUM_API void thrum_tangent_stiffness(const thrum_model *model, const double *q, double *tangent,
                                        double *work);
 
+/* Both from one read of the coefficients, and V(q), which it returns: the tangent has the bits of
+ * thrum_tangent_stiffness, force and energy may have others in their last places. */
+THRUM_API double thrum_internal_force_tangent(const thrum_model *model, const double *q,
+                                              double *force, double *tangent, double *work);
+
 /* T(q) v into `product` (rank); q, v: rank. */
 THRUM_API void thrum_tangent_product(const thrum_model *model, const double *q, const double *v,
                                      double *product, double *work);

@@ -26,6 +26,7 @@ static void use_energy(const thrum_model *model, fuzz_draw *draw) {
   if (thrum_model_masters(model) > 0 && !(isnan(energy) && isnan(with_force) && isnan(out[0])))
     abort();
   thrum_tangent_stiffness(model, q, tangent, work);
+  thrum_internal_force_tangent(model, q, out, tangent, work);
   thrum_tangent_product(model, q, v, out, work);
 
   // each pass, restrict first
