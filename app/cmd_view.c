@@ -176,21 +176,24 @@ static thrum_status write_page(const view_request *request, thrum_error *error) 
 
 /* The address of a file; malloc, NULL without memory or a present folder. Bytes other than letters,
  * digits and "-._~/" are written as %XX (RFC 3986, RFC 8089). */
-static char *file_url(const char *path) {
+static char *file_url(const char *given) {
   static const char plain[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-._~/";
   char folder[4096] = "";
+
+  // without the steps up that a relative path may have
+  char *whole = realpath(given, NULL);
+  const char *path = whole != NULL ? whole : given;
   if (path[0] != '/' && getcwd(folder, sizeof folder) == NULL)
     return NULL;
   const char *const parts[] = {folder, path[0] != '/' ? "/" : "", path};
   char *url = malloc(sizeof "file://" + 3 * (strlen(folder) + 1 + strlen(path)));
-  if (url == NULL)
-    return NULL;
 
   // each byte takes at most three
-  char *at = url + sprintf(url, "file://");
-  for (int n = 0; n < 3; n++)
+  char *at = url != NULL ? url + sprintf(url, "file://") : NULL;
+  for (int n = 0; n < 3 && url != NULL; n++)
     for (const char *from = parts[n]; *from != 0; from++)
       at += sprintf(at, strchr(plain, *from) != NULL ? "%c" : "%%%02X", (unsigned char)*from);
+  free(whole);
   return url;
 }
 

@@ -67,7 +67,8 @@ thrum_status thrum_archive_find(const void *file, size_t file_size, const thrum_
     thrum_zip_name_text(text, member.name, member.name_size);
     if (!name_is_good(member.name, member.name_size))
       return thrum_error_set(error, THRUM_BAD_FORMAT,
-                             "member '%s': names are lower-case letters, digits and _, then .npy",
+                             "member '%s': names are lower-case letters, digits and _, then .npy; "
+                             "thrum precompute writes model files",
                              text);
     if (name_came_before(&zip, &member))
       return thrum_error_set(error, THRUM_BAD_FORMAT, "member '%s' is there twice", text);

@@ -267,6 +267,16 @@ static void print_worth(const response_curve *c, const response_worth_point *poi
   printf("\n");
 }
 
+/* Where the first target is, if it is one vertex. */
+static void print_place(const response_curve *c) {
+  if (c->request->target_count == 0)
+    return;
+  const int64_t vertex = load_target_only(c->shape, &c->request->targets[0]);
+  const double *at = vertex >= 0 ? c->shape->vertices + 3 * vertex : NULL;
+  if (at != NULL)
+    printf(" (vertex %" PRId64 " at %g, %g, %g)", vertex + 1, at[0], at[1], at[2]);
+}
+
 void response_report_table(const response_curve *curve, const response_worth *worth) {
   const response_request *request = curve->request;
   const thrum_response_report *report = &curve->report;
@@ -286,10 +296,11 @@ void response_report_table(const response_curve *curve, const response_worth *wo
     printf("range        %.6g to %.6g Hz, as --from and --to are not both given\n", curve->from,
            curve->to);
   const int64_t peak = peak_row(curve);
-  if (peak >= 0)
-    printf("peak         %.6g m at %s, %.6g Hz, point %" PRId64 "\n",
-           curve->peak[peak * curve->target_count], curve->at[0],
-           hertz(curve->rows[peak].point.omega), peak + 1);
+  if (peak >= 0) {
+    printf("peak         %.6g m at %s", curve->peak[peak * curve->target_count], curve->at[0]);
+    print_place(curve);
+    printf(", %.6g Hz, point %" PRId64 "\n", hertz(curve->rows[peak].point.omega), peak + 1);
+  }
 
   // what happens on the way
   for (int64_t n = 0; n < curve->count; n++) {

@@ -412,3 +412,12 @@ thrum_status load_spec_fill(const thrum_model *model, const load_spec *load, dou
   load_vertices_free(&at);
   return status;
 }
+
+int64_t load_target_only(const thrum_model *model, const load_target *target) {
+  load_vertices at = {0};
+  if (model->vertices == NULL || load_target_find(model, target, &at, NULL) < 0)
+    return -1;
+  const int64_t only = at.count == 1 && at.list != NULL ? at.list[0] : -1;
+  load_vertices_free(&at);
+  return only;
+}

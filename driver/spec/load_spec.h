@@ -48,6 +48,9 @@ thrum_status load_target_find(const thrum_model *model, const load_target *targe
                               load_vertices *found, thrum_error *error);
 void load_vertices_free(load_vertices *found);
 
+/* The only vertex of a target (0-based); -1: it has more, or is not in the model. */
+int64_t load_target_only(const thrum_model *model, const load_target *target);
+
 /* The same as a list of its own, also of all vertices, for functions to which no list means another
  * thing. The caller frees *list. */
 thrum_status load_target_list(const thrum_model *model, const load_target *target, int32_t **list,

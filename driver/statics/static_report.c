@@ -84,6 +84,10 @@ static void add_displacements(cJSON *object, const static_answer *answer) {
   for (int64_t n = 0; n < answer->request->target_count; n++) {
     cJSON *item = json_add_row(list);
     json_string(item, "at", answer->request->at[n]);
+    const int64_t vertex = load_target_only(answer->model, &answer->request->targets[n]);
+    json_number(item, "vertex", vertex >= 0 ? (double)vertex + 1 : NAN);
+    if (vertex >= 0)
+      json_numbers(item, "place_m", answer->model->vertices + 3 * vertex, 3);
     json_numbers(item, "mean_m", answer->displaced[n], 3);
   }
   json_number(object, "peak_displacement_m", answer->peak);
@@ -189,7 +193,8 @@ static const report_line before[] = {
         "energy",
         "{energy_j:.6g} J in the body"
         "{load_energy_j=null?; loads that turn have none|, {load_energy_j:.6g} J of the load}"),
-    REPORT_LINE("displaced", "{at}: {mean_m:.6g} m", .each = "displacements"),
+    REPORT_LINE("displaced", "{at}[ (vertex {vertex} at {place_m:g})]: {mean_m:.6g} m",
+                .each = "displacements"),
     REPORT_LINE("peak", "{peak_displacement_m:.6g} m at vertex {peak_vertex}"),
     {0}};
 

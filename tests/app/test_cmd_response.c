@@ -13,6 +13,7 @@
 
 #include "driver/make/named_model.h"
 #include "driver/response/response_report.h"
+#include "io/file.h"
 #include "io/npy_file.h"
 #include "platform/stop_request.h"
 #include "tests/support/simulate_support.h"
@@ -435,6 +436,25 @@ static void a_curve_of_two_periods_is_that_of_one(void **state) {
   assert_true(fabs(peak[1] / peak[0] - 1) < 1e-7);
 }
 
+/* A zip archive of one empty member, whose name is that of another kind of file. */
+static void put_archive(const char *name) {
+  static const char member[] = "modelDescription.xml";
+  unsigned char bytes[200] = {'P', 'K', 3, 4, 20};
+  const size_t length = sizeof member - 1;
+  bytes[26] = (unsigned char)length;
+  memcpy(bytes + 30, member, length);
+  unsigned char *central = bytes + 30 + length, *end = central + 46 + length;
+  memcpy(central, "PK\1\2\24\0\24", 7);
+  central[28] = (unsigned char)length;
+  memcpy(central + 46, member, length);
+  memcpy(end, "PK\5\6", 4);
+  end[8] = end[10] = 1;
+  end[12] = (unsigned char)(46 + length);
+  end[16] = (unsigned char)(30 + length);
+  assert_true(thrum_file_write_atomic(in_folder(name), bytes, 30 + 46 + 22 + 2 * length, NULL) >=
+              0);
+}
+
 static void bad_input_is_one_line(void **state) {
   (void)state;
   refuse(2, "which curve", thrum_run(folder, "response", "beam.npz", NULL));
@@ -471,6 +491,9 @@ static void bad_input_is_one_line(void **state) {
          thrum_run(folder, "response", "beam.npz", "--load", "sine:0,0,1@nowhere", "-q", NULL));
   refuse(1, "moves nothing",
          thrum_run(folder, "response", "beam.npz", "--load", "sine:0,0,1@near:0,0,0", "-q", NULL));
+  put_archive("body.fmu");
+  refuse(1, "thrum precompute writes model files",
+         thrum_run(folder, "response", "body.fmu", "--mode", "1", NULL));
   refuse(1, "curve has points",
          thrum_run(folder, "response", "beam.npz", "--mode", "1", "--start", "999999", "-o", "none",
                    "-q", NULL));

@@ -64,7 +64,8 @@ static void the_files_hold_the_equilibrium(void **state) {
   (void)state;
   cJSON *object =
       object_of(thrum_run(folder, "static", "beam.npz", "--load", "constant:0,0,-20@tip", "-o",
-                          "sag.npy", "--vtu", "sag.vtu", "--path", "sag.csv", "--json", NULL),
+                          "sag.npy", "--vtu", "sag.vtu", "--path", "sag.csv", "--at", "tip", "--at",
+                          "near:0,0,0", "--json", NULL),
                 0);
 
   assert_string_equal(text_of(object, "status"), "done");
@@ -100,6 +101,13 @@ static void the_files_hold_the_equilibrium(void **state) {
   const double told =
       cJSON_GetArrayItem(cJSON_GetObjectItemCaseSensitive(shown, "mean_m"), 2)->valuedouble;
   assert_true(mean < 0 && fabs(told - mean) <= 1e-12 * fabs(mean));
+
+  // a group has many vertices, and a place has one, which is said
+  const cJSON *corner =
+      cJSON_GetArrayItem(cJSON_GetObjectItemCaseSensitive(object, "displacements"), 1);
+  assert_true(!(json_value(shown, "vertex") >= 1));
+  assert_true(json_value(corner, "vertex") >= 1);
+  assert_int_equal(cJSON_GetArraySize(cJSON_GetObjectItemCaseSensitive(corner, "place_m")), 3);
 
   // the energy of a load at full strength is minus its force times the displacement
   const double energy = json_value(object, "energy_j");
