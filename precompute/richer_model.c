@@ -16,6 +16,7 @@
 
 #include "platform/allocate.h"
 #include "precompute/basis/orthonormal.h"
+#include "precompute/model/solid_inertia.h"
 #include "thrum/polynomial.h"
 
 #define SMALLEST 1e-6 /* share of the largest direction's square that counts */
@@ -152,7 +153,10 @@ static thrum_status make(maker *m, thrum_richer_model *richer, thrum_error *erro
   // an unpacked model gives the same bits in many times the time
   const size_t size = thrum_model_pack_size(&richer->model);
   THRUM_TRY(thrum_reserve_aligned(&richer->packed, size, "a richer model", error));
-  return thrum_model_pack(&richer->model, richer->packed, size, error);
+  THRUM_TRY(thrum_model_pack(&richer->model, richer->packed, size, error));
+  THRUM_TRY(thrum_solid_inertia(&richer->model, &richer->inertia, error));
+  richer->model.inertia = richer->inertia;
+  return THRUM_OK;
 }
 
 thrum_status thrum_richer_model_make(const thrum_model *model, const thrum_basis_judge *judge,
@@ -188,5 +192,6 @@ void thrum_richer_model_free(thrum_richer_model *richer) {
   thrum_precomputed_free(&richer->made);
   free(richer->change);
   free(richer->packed);
+  free(richer->inertia);
   *richer = (thrum_richer_model){0};
 }

@@ -12,6 +12,7 @@ typedef struct thrum_richer_model {
   thrum_precomputed made;
   thrum_model model; /* with the groups, packed */
   void *packed;
+  double *inertia; /* of its shape, where it is of solids and free */
   double *change;
 } thrum_richer_model;
 

@@ -16,6 +16,7 @@
 #include "driver/make/pull_warning.h"
 #include "io/json.h"
 #include "mesh/model_quality.h"
+#include "precompute/model/solid_inertia.h"
 #include "precompute/model/touch.h"
 #include "runtime/material/material_law.h"
 #include "thrum/thrum.h"
@@ -146,7 +147,7 @@ static void add_energy(data_section *data, cJSON *arrays, const thrum_model *mod
 static thrum_status add_inertia(data_section *data, cJSON *arrays, const thrum_model *model,
                                 thrum_error *error) {
   thrum_inertia *inertia = NULL;
-  THRUM_TRY(thrum_inertia_create(model, 0, NULL, &inertia, error));
+  THRUM_TRY(thrum_solid_inertia_create(model, &inertia, error));
   double *array = add_array(data, arrays, "inertia", thrum_inertia_number_count(model->rank), "f8");
   if (array != NULL)
     thrum_inertia_numbers(inertia, array);

@@ -7,6 +7,7 @@
 
 #include "config/message.h"
 #include "platform/allocate.h"
+#include "precompute/model/solid_inertia.h"
 
 #define DEGREE 0.017453292519943295 /* [rad] */
 
@@ -15,7 +16,7 @@ thrum_status stepper_spin_open(const simulate_request *request, const thrum_mode
                                thrum_error *error) {
   if (!simulate_spins(request))
     return THRUM_OK;
-  thrum_status status = thrum_inertia_create(model, 0, NULL, &spin->inertia, error);
+  thrum_status status = thrum_solid_inertia_create(model, &spin->inertia, error);
   THRUM_THEN(status, thrum_rigid_frame_of(model, &spin->frame, error));
   THRUM_THEN(status, thrum_reserve(&spin->work, thrum_floating_frame_work_count(spin->inertia),
                                    sizeof *spin->work, "a body that spins", error));

@@ -15,6 +15,7 @@
 #include "io/paths.h"
 #include "mesh/formats/mesh_read.h"
 #include "platform/allocate.h"
+#include "precompute/model/solid_inertia.h"
 #include "thrum/thrum.h"
 
 static bool same_texts(const config_texts *left, const config_texts *right) {
@@ -54,6 +55,18 @@ static thrum_status refuse(const scene_spec *spec, const scene_body_spec *body, 
                               status, "%s", regions || fix ? thrum_error_reason(detail) : message);
 }
 
+/* Hexahedra and wedges that are free get the inertia of their shape, in a copy of the model. */
+static thrum_status add_inertia(scene_loaded *item, thrum_error *error) {
+  THRUM_TRY(thrum_solid_inertia(item->model, &item->inertia, error));
+  if (item->inertia == NULL)
+    return THRUM_OK;
+  THRUM_TRY(thrum_reserve(&item->coupled, 1, sizeof *item->coupled, "a model", error));
+  *item->coupled = *item->model;
+  item->coupled->inertia = item->inertia;
+  item->model = item->coupled;
+  return THRUM_OK;
+}
+
 static thrum_status load_file(const scene_spec *spec, bool quiet, scene_loaded *item) {
   const scene_body_spec *body = item->first;
   mesh_model_def def = mesh_model_def_default();
@@ -77,9 +90,11 @@ static thrum_status load_file(const scene_spec *spec, bool quiet, scene_loaded *
   thrum_status status =
       mesh_model_load(body->model, &def, quiet, &item->model, &item->file, &detail);
   config_warn_under(NULL, scene_words);
+  item->file_model = item->model;
 
   // the hash ties the files of a run to this model
   THRUM_THEN(status, model_hash_make(item->file.path, item->model, &item->hash, &detail));
+  THRUM_THEN(status, add_inertia(item, &detail));
 
   if (status < 0)
     return refuse(spec, body, status, &detail);
@@ -165,7 +180,9 @@ void scene_models_free(scene_models *models) {
   for (int64_t n = 0; n < models->count; n++) {
     display_surface_free(&models->items[n].skin);
     free(models->items[n].corners);
-    thrum_model_destroy(models->items[n].model);
+    free(models->items[n].coupled);
+    free(models->items[n].inertia);
+    thrum_model_destroy(models->items[n].file_model);
   }
   free(models->items);
   free(models->of_body);

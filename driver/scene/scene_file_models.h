@@ -11,6 +11,9 @@
 typedef struct scene_loaded {
   const scene_body_spec *first; /* the body that named it first */
   const thrum_model *model;
+  thrum_model *coupled; /* NULL, or the copy that `model` is, with the inertia of its shape; both */
+  double *inertia;      /* owned, */
+  const thrum_model *file_model; /* as is the one of the file */
   named_model_file file;
   model_hash hash;
   display_surface skin; /* once it is asked for, */

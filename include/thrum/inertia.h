@@ -34,9 +34,10 @@ typedef struct thrum_inertia thrum_inertia;
  * basis is orthonormal, or from `inertia` of a model that has it. The caller owns it and passes it
  * to thrum_inertia_destroy; the model may go. THRUM_MISSING for a model without mesh, basis or
  * rigid modes, nor `inertia`, THRUM_NOT_FINITE for one that is not finite; THRUM_UNSUPPORTED for a
- * condensed model, for cubature points of another law than Saint Venant-Kirchhoff, and for a basis
- * that is not orthonormal for the mass or not orthogonal to the rigid modes (1e-6);
- * THRUM_INVALID_ARGUMENT, THRUM_OUT_OF_MEMORY. Time: r^2 numbers a vertex. */
+ * condensed model, for hexahedra and wedges without `inertia`, for cubature points of another law
+ * than Saint Venant-Kirchhoff, and for a basis that is not orthonormal for the mass or not
+ * orthogonal to the rigid modes (1e-6); THRUM_INVALID_ARGUMENT, THRUM_OUT_OF_MEMORY. Time: r^2
+ * numbers a vertex. */
 THRUM_API thrum_status thrum_inertia_create(const thrum_model *model, int64_t rank,
                                             const thrum_model_scaling *by, thrum_inertia **inertia,
                                             thrum_error *error);

@@ -274,6 +274,11 @@ static thrum_status check(const thrum_model *model, int64_t rank, const thrum_mo
     return thrum_error_set(error, THRUM_MISSING,
                            "the inertia of a body's shape needs a model with a mesh that nothing "
                            "holds: precompute it without --fix");
+  if (model->solid_count > 0 && !model->inertia)
+    return thrum_error_set(error, THRUM_UNSUPPORTED,
+                           "the mass of hexahedra and wedges is not known here: a model of them is "
+                           "coupled to its rotation by the numbers of `inertia`, which thrum "
+                           "makes, or as tetrahedra (--element tet)");
   if (thrum_law_of_model(model) != THRUM_LAW_STVK)
     return thrum_error_set(error, THRUM_UNSUPPORTED,
                            "cubature points of another law than Saint Venant-Kirchhoff are not "

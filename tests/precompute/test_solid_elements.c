@@ -10,6 +10,7 @@
 #include "precompute/fem/fem_solids.h"
 #include "precompute/fem/refine_solids.h"
 #include "precompute/fem/solid_stress.h"
+#include "precompute/model/solid_inertia.h"
 #include "precompute/model/traction.h"
 #include "thrum/polynomial.h"
 
@@ -542,6 +543,44 @@ static void refined_elements_fill_the_same_body(void **state) {
   }
 }
 
+/* A box has m L^2 / 12 along each axis; the basis is orthonormal in the mass that its numbers are
+ * of, and turns nothing. */
+static void free_solids_have_the_inertia_of_their_box(void **state) {
+  (void)state;
+  for (int f = 0; f < FORMS; f++) {
+    const double size[3] = {2, 2, 0.5}, mass = 4;
+    body b = grid_make(forms[f], 2, 2, size[2], 0);
+    thrum_precomputed result = body_precompute(&b, 3, 6);
+    const int64_t r = result.model.rank;
+    double *numbers = NULL;
+    assert_int_equal(thrum_solid_inertia(&result.model, &numbers, NULL), THRUM_OK);
+    assert_non_null(numbers);
+    for (int k = 0; k < 9; k++)
+      assert_within(numbers[k], k % 4 == 0 ? mass * size[k / 3] * size[k / 3] / 12 : 0, 1e-12);
+    for (int64_t i = 0; i < r; i++) {
+      const double *linear = numbers + 9 + 9 * i;
+      for (int a = 0; a < 3; a++)
+        assert_within(linear[3 * a + (a + 1) % 3], linear[3 * ((a + 1) % 3) + a], 1e-9);
+      for (int64_t j = 0; j < r; j++) {
+        const double *pair = numbers + 9 + 9 * r + 9 * (j * r + i);
+        assert_within(pair[0] + pair[4] + pair[8], i == j, 1e-9);
+      }
+    }
+    free(numbers);
+
+    // without them the shape is not known to the library
+    thrum_inertia *inertia = NULL;
+    thrum_error error = {0};
+    assert_int_equal(thrum_inertia_create(&result.model, 0, NULL, &inertia, &error),
+                     THRUM_UNSUPPORTED);
+    assert_non_null(strstr(error.message, "hexahedra and wedges"));
+    assert_int_equal(thrum_solid_inertia_create(&result.model, &inertia, NULL), THRUM_OK);
+    thrum_inertia_destroy(inertia);
+    thrum_precomputed_free(&result);
+    body_free(&b);
+  }
+}
+
 /* The thickness is the shortest side, whichever node a file begins with. */
 static void turned_hexahedra_are_the_same_shell(void **state) {
   (void)state;
@@ -627,6 +666,7 @@ int main(void) {
       cmocka_unit_test(force_is_the_slope_of_energy_and_stiffness_that_of_force),
       cmocka_unit_test(reduced_polynomial_is_the_energy_of_the_mesh),
       cmocka_unit_test(refined_elements_fill_the_same_body),
+      cmocka_unit_test(free_solids_have_the_inertia_of_their_box),
       cmocka_unit_test(turned_hexahedra_are_the_same_shell),
       cmocka_unit_test(thin_plates_do_not_lock),
       cmocka_unit_test(divided_wedges_do_not_lock),
