@@ -21,6 +21,9 @@
 
 #include "core/base/vec3.h"
 
+/* Numbers that describe how straight parts turn, at a time: two parts at least. */
+#define TURNS_MAX (4 * THRUM_RANK_MAX)
+
 /* --- what is kept ----------------------------------------------------------------------------- */
 
 int64_t thrum_acting_count(const thrum_model *model) {
@@ -220,21 +223,32 @@ static void across(const double along[3], double side[2][3]) {
   thrum_cross3(along, side[0], side[1]);
 }
 
-/* hessian += by m'': what moves a straight part across turns its pull. */
-static void add_tendon_hessian(const acting *a, const tendon *t, double by, double *hessian) {
+/* How the coordinates move a straight part across, along both sides: rank numbers each. */
+static void turned_by(const acting *a, const tendon *t, int64_t n, double *turned) {
   const int64_t r = a->rank;
-  double turned[THRUM_RANK_MAX];
-  for (int64_t n = 0; n + 1 < t->guides; n++) {
-    double side[2][3];
-    across(t->direction[n], side);
-    for (int s = 0; s < 2; s++) {
-      const double *from = t->rows + 3 * n * r, *to = from + 3 * r;
-      for (int64_t i = 0; i < r; i++)
-        turned[i] = side[s][0] * (to[i] - from[i]) + side[s][1] * (to[r + i] - from[r + i]) +
-                    side[s][2] * (to[2 * r + i] - from[2 * r + i]);
-      for (int64_t i = 0; i < r; i++)
-        add_times(r, by / t->length[n] * turned[i], turned, hessian + i * r);
+  const double *from = t->rows + 3 * n * r, *to = from + 3 * r;
+  double side[2][3];
+  across(t->direction[n], side);
+  for (int s = 0; s < 2; s++)
+    for (int64_t i = 0; i < r; i++)
+      turned[s * r + i] = side[s][0] * (to[i] - from[i]) + side[s][1] * (to[r + i] - from[r + i]) +
+                          side[s][2] * (to[2 * r + i] - from[2 * r + i]);
+}
+
+/* hessian += by m'': what moves a straight part across turns its pull. Parts go into one pass over
+ * the matrix, as many as there is room for. */
+static void add_tendon_hessian(const acting *a, const tendon *t, double by, double *hessian) {
+  const int64_t r = a->rank, most = TURNS_MAX / (2 * r);
+  double turned[TURNS_MAX], scaled[TURNS_MAX];
+  for (int64_t first = 0; first + 1 < t->guides; first += most) {
+    const int64_t left = t->guides - 1 - first, count = left < most ? left : most;
+    for (int64_t n = 0; n < count; n++) {
+      turned_by(a, t, first + n, turned + 2 * n * r);
+      for (int64_t i = 0; i < 2 * r; i++)
+        scaled[2 * n * r + i] = by / t->length[first + n] * turned[2 * n * r + i];
     }
+    const thrum_two pairs = {scaled, turned, scaled + r, turned + r, count, 2 * r};
+    a->by->rank_two(r, false, &pairs, hessian);
   }
 }
 
