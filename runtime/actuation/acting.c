@@ -22,7 +22,7 @@
 #include "core/base/vec3.h"
 
 /* Numbers that describe how straight parts turn, at a time: two parts at least. */
-#define TURNS_MAX (4 * THRUM_RANK_MAX)
+enum { TURNS_MAX = 4 * THRUM_RANK_MAX };
 
 /* --- what is kept ----------------------------------------------------------------------------- */
 

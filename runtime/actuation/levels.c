@@ -149,6 +149,10 @@ static void sum_up(const thrum_model *model, double *levels, int64_t k, double m
   const double added = work_since(model, levels, k, m, base);
   double *sum = row_of(model, levels, THRUM_ACTING_WORK) + k;
   const double before = *sum, after = before + added;
+
+  // work beyond the range of numbers is not accounted
+  if (!isfinite(after))
+    return;
   row_of(model, levels, THRUM_ACTING_CARRY)[k] +=
       fabs(before) >= fabs(added) ? (before - after) + added : (added - after) + before;
   *sum = after;
@@ -156,8 +160,9 @@ static void sum_up(const thrum_model *model, double *levels, int64_t k, double m
 
 /* From now on it is summed up from here. */
 static void begin_at(const thrum_model *model, double *levels, int64_t k, double m, double base) {
-  row_of(model, levels, THRUM_ACTING_MEASURE)[k] = m;
-  row_of(model, levels, THRUM_ACTING_BASE)[k] = base;
+  const bool known = isfinite(m) && isfinite(base);
+  row_of(model, levels, THRUM_ACTING_MEASURE)[k] = known ? m : 0.0;
+  row_of(model, levels, THRUM_ACTING_BASE)[k] = known ? base : 0.0;
 }
 
 void thrum_actuation_leave(const thrum_model *model, thrum_state *state) {
@@ -229,11 +234,19 @@ static void move_known(const thrum_model *model, thrum_state *state, const thrum
       thrum_forget_forces(state);
       return;
     }
-    state->potential_end -= here->energy;
+  }
+  for (int32_t i = 0; i < state->rank; i++)
+    there.force[i] = view->force_now[i] - there.force[i];
+  if (!isfinite(state->potential - there.energy) ||
+      !isfinite(state->potential_end - here->energy) ||
+      !thrum_all_finite(there.force, state->rank)) {
+    thrum_forget_forces(state);
+    return;
   }
   state->potential -= there.energy;
-  for (int32_t i = 0; i < state->rank; i++)
-    view->force_now[i] -= there.force[i];
+  if (state->carried)
+    state->potential_end -= here->energy;
+  memcpy(view->force_now, there.force, (size_t)state->rank * sizeof *view->force_now);
 }
 
 /* The levels themselves, with p at the time of q as it is where a momentum is stored elsewhere. */
@@ -279,7 +292,10 @@ thrum_status thrum_state_set_actuation(const thrum_model *model, thrum_state *st
   const thrum_model *seen = thrum_actuated_model(model, state, &copy);
   change here;
   find_change(seen, &view, to, view.q, false, &here);
-  if (!isfinite(here.energy) || !thrum_all_finite(here.force, state->rank))
+  bool finite = isfinite(here.energy) && thrum_all_finite(here.force, state->rank);
+  for (int32_t i = 0; thrum_carries_acceleration(state) && i < state->rank; i++)
+    finite = finite && isfinite(view.acceleration[i] + here.force[i]);
+  if (!finite)
     return thrum_error_set(error, THRUM_NOT_FINITE,
                            "the forces of these levels are beyond the range of finite numbers");
   double before[THRUM_ACTUATORS_MAX];
