@@ -275,10 +275,7 @@ class State:
     def actuation(self) -> dict[str, float]:
         """The levels of the model's actuators by their names; a copy. Assign names and levels, or all levels in order:
         those that are not named stay. None: all zero."""
-        names, levels = self.model.actuators, np.zeros(len(self.model.actuators))
-        with self._lock:
-            call(lib.thrum_state_actuation, self._c_model, self._open(), _native.pointer(levels))
-        return dict(zip(names, levels.tolist()))
+        return self._actuators(lib.thrum_state_actuation)
 
     @actuation.setter
     def actuation(self, value: Any) -> None:
@@ -297,10 +294,13 @@ class State:
         return self._actuators(lib.thrum_state_actuation_measures)
 
     def _actuators(self, read: Any) -> dict[str, float]:
-        numbers = np.zeros(len(self.model.actuators))
+        names = self.model.actuators
+        if not names:
+            return {}
+        numbers = np.zeros(len(names))
         with self._lock:
             call(read, self._c_model, self._open(), _native.pointer(numbers))
-        return dict(zip(self.model.actuators, numbers.tolist()))
+        return dict(zip(names, numbers.tolist()))
 
     def set_load(self, load: Any) -> None:
         """Sets `force` by the load on all `shown` coordinates, for the step to come.
