@@ -18,6 +18,7 @@
 #include "driver/make/named_model.h"
 #include "driver/record/run_entries.h"
 #include "driver/scene/scene_read.h"
+#include "driver/spec/actuate_spec.h"
 #include "driver/spec/shared_options.h"
 #include "io/json.h"
 #include "io/paths.h"
@@ -428,11 +429,24 @@ static thrum_status export_run(const export_request *request, export_files *file
   return status;
 }
 
+/* What steps elsewhere is the passive body. */
+static thrum_status look_at_actuators(const export_request *request, const thrum_model *model,
+                                      thrum_error *error) {
+  const bool steps = request->vega_cubic || request->numpy || request->torch || request->jax ||
+                     request->header || request->fmu || request->nlvib;
+  if (!steps || thrum_model_actuators(model) == 0)
+    return THRUM_OK;
+  THRUM_TRY(actuate_specs_no_gas(model, "the file", error));
+  config_warn("the actuators of the model are left out: the file has the passive body");
+  return THRUM_OK;
+}
+
 static thrum_status export_model(const export_request *request, export_files *files,
                                  thrum_error *error) {
   recorded_run still = {0};
   THRUM_TRY(named_model_load(request->model, false, &still.model, NULL, error));
-  thrum_status status = write_all(request, still.model, files, error);
+  thrum_status status = look_at_actuators(request, still.model, error);
+  THRUM_THEN(status, write_all(request, still.model, files, error));
   if (status >= 0 && request->obj)
     status = write_surface(request, &still, files, error);
   recorded_run_free(&still);

@@ -7,6 +7,7 @@
 #include "driver/make/named_model.h"
 #include "driver/response/response_files.h"
 #include "driver/response/response_report.h"
+#include "driver/spec/actuate_spec.h"
 #include "io/json.h"
 #include "platform/allocate.h"
 #include "platform/stop_request.h"
@@ -43,6 +44,7 @@ static int run_request(const response_request *request) {
 
   // a stopped curve keeps what was found
   thrum_stop_request_catch();
+  THRUM_THEN(status, actuate_specs_no_gas(loaded, "a curve", &error));
   THRUM_THEN(status, response_curve_open(request, loaded, &curve, &error));
   THRUM_THEN(status, response_curve_find(&curve, &error));
   THRUM_THEN(status, response_worth_find(&curve, &worth, &error));

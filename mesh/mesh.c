@@ -71,7 +71,7 @@ void thrum_mesh_add_note(thrum_mesh *mesh, const char *format, ...) {
 }
 
 int64_t thrum_mesh_number(const thrum_mesh *mesh, int64_t v) {
-  return mesh->file_number ? mesh->file_number[v] : v + 1;
+  return mesh->file_number && v < mesh->file_vertex_count ? mesh->file_number[v] : v + 1;
 }
 
 thrum_tet_text thrum_mesh_tet_text(const thrum_mesh *mesh, int64_t t) {

@@ -116,7 +116,7 @@ static bool hurry(const thrum_scene *scene) {
       const int32_t first = root(pairs->group, n);
       double *of = &pairs->bounds[pass == 0 ? first : n].motion;
       const double other = pairs->bounds[pass == 0 ? n : first].motion;
-      further = further || (pass == 1 && other > *of);
+      further = further || other > *of;
       *of = fmax(*of, other);
     }
   return further;

@@ -151,7 +151,7 @@ thrum_status element_order_refine(const precompute_request *request, const thrum
                                   element_order *order, thrum_error *error) {
   order->finer_count = 0;
   const thrum_refined_size size = thrum_mesh_refined_size(mesh);
-  if (size.elements == 0 || size.vertices > REFINED_MAX)
+  if (size.elements == 0 || size.vertices > REFINED_MAX || mesh->springs != NULL)
     return THRUM_OK;
   const int64_t count = modes < ELEMENT_ORDER_FINER ? modes : ELEMENT_ORDER_FINER;
   thrum_precompute_options options = thrum_default_precompute_options();

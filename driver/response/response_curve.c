@@ -582,7 +582,9 @@ thrum_status response_curve_find(response_curve *curve, thrum_error *error) {
   const bool open = request->harmonics == 0;
   const int64_t more = HARMONICS_MORE * request->periods;
   thrum_status status = find_form(curve, error);
-  curve->harmonics = open ? HARMONICS_FIRST * request->periods : request->harmonics;
+  const int64_t first = HARMONICS_FIRST * request->periods;
+  const int64_t most = THRUM_RESPONSE_HARMONICS_MAX;
+  curve->harmonics = !open ? request->harmonics : first < most ? first : most;
   int64_t before = curve->harmonics;
 
   // more harmonics while the last of them matter; that is looked for without stability

@@ -22,9 +22,11 @@ static int64_t branch_points(const response_curve *c) {
   return count;
 }
 
-/* The last two harmonics tell whether these are enough, where the load's own is before them. */
+/* The last two harmonics tell whether these are enough, where a multiple of the load's own is among
+ * them and the first two are before them. */
 static bool tail_tells(const response_curve *c) {
-  return c->harmonics >= c->request->periods + 2;
+  const int64_t periods = c->request->periods;
+  return c->harmonics >= 3 * periods && c->harmonics % periods < 2;
 }
 
 const char *response_flag(const response_curve *curve, const response_worth *worth) {

@@ -116,7 +116,11 @@ static thrum_status step_mesh(mesh_run *run, thrum_full *body, const double *p, 
     largest = fmax(largest, rms(run->size, run->u, NULL));
   }
   *missed = rms(run->size, run->u, run->start) / largest;
+
+  // what is steady has a potential
   *gained = thrum_full_energy(body).total - before;
+  for (int64_t i = 0; i < run->size; i++)
+    *gained -= run->mean[i] * (run->u[i] - run->start[i]);
   return THRUM_OK;
 }
 

@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "driver/spec/actuate_spec.h"
 #include "platform/allocate.h"
 #include "runtime/material/material_law.h"
 
@@ -17,6 +18,8 @@ static const char *why_not(const simulate_request *request, const thrum_model *m
     return request->basis.unless;
   if (request->basis.judging == BASIS_JUDGE_OFF)
     return "it was not asked for";
+  if (actuate_specs_act(model, 0))
+    return "the mesh that would be asked has no gas";
   if (model->tets == NULL || model->basis == NULL)
     return "the model has no mesh inside";
   if (!isinf(request->def.plastic.yield) || thrum_law_has_yield(model))

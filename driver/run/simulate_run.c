@@ -15,6 +15,7 @@
 #include "driver/run/against_mesh.h"
 #include "driver/run/run.h"
 #include "driver/run/simulate_report.h"
+#include "driver/spec/actuate_spec.h"
 #include "driver/spec/shared_options.h"
 #include "io/json.h"
 #include "io/paths.h"
@@ -61,6 +62,8 @@ static thrum_status load_model(single_run *single, model_hash *hash, thrum_error
     int64_t masters = 0;
     THRUM_TRY(
         model_masters_asked(single->model, request->rank, request->condense, &masters, error));
+    if (masters > 0)
+      THRUM_TRY(actuate_specs_no_gas(single->model, "a condensed run", error));
     if (masters > 0 && simulate_spins(request))
       return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                              "--spin steps all coordinates; leave --rank out");

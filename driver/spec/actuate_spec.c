@@ -39,6 +39,28 @@ thrum_status actuate_specs_check(const thrum_model *model, const actuate_spec *s
   return THRUM_OK;
 }
 
+/* The first gas of a model; -1: it has none. */
+static int64_t gas_of(const thrum_model *model) {
+  for (int64_t k = 0; k < thrum_model_actuators(model); k++)
+    if (model->actuator_kind[k] == THRUM_ACTUATOR_GAS)
+      return k;
+  return -1;
+}
+
+bool actuate_specs_act(const thrum_model *model, int64_t count) {
+  return count > 0 || gas_of(model) >= 0;
+}
+
+thrum_status actuate_specs_no_gas(const thrum_model *model, const char *what, thrum_error *error) {
+  const int64_t gas = gas_of(model);
+  if (gas < 0)
+    return THRUM_OK;
+  return thrum_error_set(error, THRUM_UNSUPPORTED,
+                         "the model has a gas (%.150s), whose stiffness %s would leave out: make a "
+                         "model without it",
+                         thrum_model_actuator_text(model, gas), what);
+}
+
 static void add_levels(const thrum_model *model, const actuate_spec *spec, double factor,
                        double *levels) {
   int64_t index = 0;

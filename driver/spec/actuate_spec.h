@@ -26,6 +26,12 @@ thrum_status actuate_option_take(const config_given *given, actuate_spec *specs,
 thrum_status actuate_specs_check(const thrum_model *model, const actuate_spec *specs, int64_t count,
                                  thrum_error *error);
 
+/* Does anything act: are there courses, or has the model a gas, which acts at level 0 as well? */
+bool actuate_specs_act(const thrum_model *model, int64_t count);
+
+/* Refuses a model with a gas, which `what` would leave out. */
+thrum_status actuate_specs_no_gas(const thrum_model *model, const char *what, thrum_error *error);
+
 /* Their mean levels over a step into `levels` (of all actuators of the model), or their whole
  * strength times a factor. The names were checked. */
 void actuate_specs_levels(const thrum_model *model, const actuate_spec *specs, int64_t count,

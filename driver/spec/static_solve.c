@@ -39,7 +39,7 @@ static void warn_idle(const thrum_model *model, const char *said, const double *
 static thrum_status act_on(const static_problem *problem, double **levels, thrum_model *acting,
                            thrum_error *error) {
   double whole[THRUM_ACTUATORS_MAX];
-  if (problem->actuate_count == 0)
+  if (!actuate_specs_act(problem->model, problem->actuate_count))
     return THRUM_OK;
   THRUM_TRY(actuate_specs_check(problem->model, problem->actuates, problem->actuate_count, error));
   actuate_specs_strength(problem->model, problem->actuates, problem->actuate_count, 1, whole);

@@ -12,6 +12,7 @@
 
 #include "config/message.h"
 #include "core/base/vec3.h"
+#include "driver/spec/actuate_spec.h"
 #include "io/file.h"
 #include "io/json.h"
 #include "platform/allocate.h"
@@ -246,7 +247,7 @@ thrum_status static_forces_reduced(const static_request *request, const thrum_mo
   for (int64_t c = 0; c < all; c++)
     loads[c] *= request->def.factor;
   THRUM_THEN(status, thrum_model_fem_elements(model, &body, error));
-  if (status >= 0 && request->actuate_count > 0) {
+  if (status >= 0 && actuate_specs_act(model, request->actuate_count)) {
     status = thrum_model_fem_actuate(model, &body, error);
     if (status >= 0)
       actuate_specs_strength(model, request->actuates, request->actuate_count, request->def.factor,

@@ -12,6 +12,7 @@
 #include <stdlib.h>
 
 #include "config/message.h"
+#include "driver/spec/actuate_spec.h"
 #include "platform/allocate.h"
 #include "platform/clock.h"
 #include "precompute/estimate.h"
@@ -65,7 +66,7 @@ static thrum_status add_acting(const static_answer *answer, double *forces, thru
   const int64_t all = 3 * model->vertex_count;
   thrum_model_fem body = {0};
   double *u = NULL;
-  if (request->actuate_count == 0)
+  if (!actuate_specs_act(model, request->actuate_count))
     return THRUM_OK;
   THRUM_TRY(thrum_reserve(&u, 2 * all, sizeof *u, "the monitor", error));
   thrum_status status = thrum_model_fem_elements(model, &body, error);
@@ -87,7 +88,7 @@ static thrum_status add_acting(const static_answer *answer, double *forces, thru
 static thrum_status set_levels(const static_answer *answer, thrum_full *body, thrum_error *error) {
   const static_request *request = answer->request;
   double levels[THRUM_ACTUATORS_MAX];
-  if (request->actuate_count == 0)
+  if (!actuate_specs_act(answer->model, request->actuate_count))
     return THRUM_OK;
   actuate_specs_strength(answer->model, request->actuates, request->actuate_count,
                          request->def.factor, levels);

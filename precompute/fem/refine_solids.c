@@ -171,10 +171,6 @@ static thrum_status reserve_all(refining *r, thrum_error *error) {
   memcpy(finer->materials, mesh->materials, (size_t)regions * sizeof *finer->materials);
   finer->region_count = regions;
   finer->has_material = mesh->has_material;
-  if (mesh->springs) {
-    THRUM_TRY(thrum_reserve(&finer->springs, vertices, 3 * sizeof(double), WHAT, error));
-    memcpy(finer->springs, mesh->springs, 3 * (size_t)mesh->vertex_count * sizeof(double));
-  }
   return THRUM_OK;
 }
 

@@ -126,7 +126,7 @@ class Rollout:
         # the library's are by factors of what was stepped
         return Gradient(q, p, force / density, damping, found.alpha, found.beta, found.stiffness / stiffness,
                         found.density / density, values[:len(values) - len(springs)].reshape(-1, 3) if parameters else None,
-                        values[len(values) - len(springs):] if springs else None)
+                        values[len(values) - len(springs):] / density if springs else None)
 
     def _parts_of(self, parameters: bool, springs: Sequence[Any]) -> Any:
         """The parts of the energy that are asked for, those of the parameters first."""

@@ -666,15 +666,17 @@ static void stages_say_time_memory_and_rate(void **state) {
   cJSON_Delete(object);
 }
 
-/* Where the stiffness has lost its digits, pivots are delayed and frequencies differ. */
+/* Where the stiffness has lost its digits, pivots are delayed and frequencies differ, by how much
+ * hangs on the order of sums. */
 static void a_body_that_is_too_thin_is_flagged(void **state) {
   (void)state;
   program_result run =
-      thrum_run(folder, "precompute", "beam:12x8x1@0.4x0.3x4e-5,hex", "-o", "thin.npz", "--fix",
+      thrum_run(folder, "precompute", "beam:12x8x1@0.4x0.3x1.4e-5,hex", "-o", "thin.npz", "--fix",
                 "x<1e-9", "--fix", "x>0.3999999", "--fix", "y<-0.1499999", "--fix", "y>0.1499999",
                 "--modes", "3", "--rank", "7", NULL);
-  assert_int_equal(run.exit_code, 3);
-  assert_non_null(strstr(run.err, "the stiffness is lost in rounding"));
+  assert_true(run.exit_code == 1 || run.exit_code == 3);
+  assert_non_null(strstr(run.err, run.exit_code == 3 ? "the stiffness is lost in rounding"
+                                                     : "is so thin that it"));
   program_result_free(&run);
 }
 

@@ -574,6 +574,36 @@ static void what_is_struck_does_not_pass_what_it_meets(void **context) {
   assert_true(report.deepest_share > 0 && report.deepest_share < 1);
 }
 
+/* What is struck meets a third body in the same step, whichever of them came first into the scene:
+ * the one behind moves on at once, and none is in another. */
+static void what_is_struck_meets_the_next_in_any_order(void **context) {
+  fixture *f = *context;
+  static const int orders[6][3] = {{0, 1, 2}, {0, 2, 1}, {1, 0, 2},
+                                   {1, 2, 0}, {2, 0, 1}, {2, 1, 0}};
+  const double places[3] = {0, 0.1025, -0.11};
+  for (int n = 0; n < 6; n++) {
+    thrum_scene *scene = NULL;
+    MUST(thrum_scene_create(0.001, &scene, &failure));
+    collide(scene, 0.5, 0.5);
+    int behind = 0;
+    for (int k = 0; k < 3; k++) {
+      const int which = orders[n][k];
+      thrum_scene_body_def def = def_of(&f->block, places[which], 0.015 * (which == 1), 0, 1e3);
+      def.scale = 0.5;
+      def.velocity[0] = which == 2 ? 25 : 0;
+      add(scene, &def);
+      behind = which == 1 ? k : behind;
+    }
+    MUST(thrum_scene_step(scene, &failure));
+    double x[3], v[3];
+    MUST(thrum_scene_body_vertex(scene, behind, 13, x, v, &failure));
+    if (!(v[0] > 1))
+      fail_msg("order %d: the body behind moves at %g m/s", n, v[0]);
+    assert_true(thrum_scene_collisions(scene).deepest_share < 1);
+    thrum_scene_destroy(scene);
+  }
+}
+
 /* A column of cubes that lie on each other strikes the floor: without restitution all of them stop
  * in that impact, as its impulses are passed on from cube to cube. */
 static void a_column_is_struck_as_one(void **context) {
@@ -1587,6 +1617,7 @@ int main(void) {
       TEST(what_is_struck_does_not_pass_what_it_meets),
 
       // what rests
+      TEST(what_is_struck_meets_the_next_in_any_order),
       TEST(a_column_is_struck_as_one),
       TEST(what_others_speak_for_takes_no_room),
       TEST(a_stack_rests),
