@@ -11,7 +11,8 @@
 #include "thrum/polynomial.h"
 
 static thrum_status check_rest(const thrum_model *model, const double *q, const double *q_bar,
-                               const double *work, thrum_error *error) {
+                               const double *stiffness_bar, const double *work,
+                               thrum_error *error) {
   if (!model || !q || !q_bar || !work)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "the model, q, q_bar or work is NULL");
   if (model->rank < 1 || model->rank > THRUM_RANK_MAX)
@@ -21,6 +22,10 @@ static thrum_status check_rest(const thrum_model *model, const double *q, const 
     return thrum_error_set(error, THRUM_UNSUPPORTED,
                            "a condensed model has no gradient here: the load of its slaves depends "
                            "on the shape");
+  if (stiffness_bar && model->actuator_count > 0)
+    return thrum_error_set(error, THRUM_UNSUPPORTED,
+                           "the derivative by a factor of Young's modulus is not there for bodies "
+                           "that act: pressures and tendons do not scale with it");
   if (!thrum_all_finite(q, model->rank) || !thrum_all_finite(q_bar, model->rank))
     return thrum_error_set(error, THRUM_BAD_VALUE, "q or q_bar has a number that is not finite");
   return THRUM_OK;
@@ -29,7 +34,7 @@ static thrum_status check_rest(const thrum_model *model, const double *q, const 
 thrum_status thrum_rest_pull_back(const thrum_model *model, const double *q, const double *q_bar,
                                   double *force_bar, double *stiffness_bar, double *work,
                                   thrum_error *error) {
-  THRUM_TRY(check_rest(model, q, q_bar, work, error));
+  THRUM_TRY(check_rest(model, q, q_bar, stiffness_bar, work, error));
   const int64_t r = model->rank;
   double *tangent = work, *w = tangent + r * r, *force = w + r, *rest = force + 2 * r;
   int32_t *rows = (int32_t *)(void *)(force + r);

@@ -391,6 +391,7 @@ static const report_line before[] = {
                 "most {energy_max_j:.6g} J"),
     REPORT_LINE("work",
                 "{work.load_j:.6g} of the loads, {work.base_j:.6g} of the base, "
+                "[{work.actuators_j:.6g} of the actuators, ]"
                 "{work.dissipated_j=null?dissipation by damping not counted with "
                 "--full|{work.dissipated_j:.6g} J dissipated}",
                 .when = "driven"),

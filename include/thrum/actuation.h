@@ -2,11 +2,11 @@
  * model that was made with `thrum precompute --actuator` has the energy that each of them adds to
  * V(q), exactly as the mesh has it:
  *
- *   pressure, level a [Pa]   -a (Vol(q) - Vol(0)), a cubic polynomial
- *   strain, level a          -a (g q + 1/2 q H q): the region strains by a E0 where nothing holds
- * it tendon, level a [N]       a (L(q) - L(0)), L the length of its straight parts gas, level a
- * [Pa]        -(p + a) Vol(0) ln(Vol(q)/Vol(0)) + p (Vol(q) - Vol(0)), p the pressure outside: a
- * fixed amount at a fixed temperature (Boyle)
+ * - pressure, level a [Pa]: -a (Vol(q) - Vol(0)), a cubic polynomial;
+ * - strain, level a: -a (g q + 1/2 q H q), where the region strains by a E0 if nothing holds it;
+ * - tendon, level a [N]: a (L(q) - L(0)), L the length of its straight parts;
+ * - gas, level a [Pa]: -(p + a) Vol(0) ln(Vol(q)/Vol(0)) + p (Vol(q) - Vol(0)), p the pressure
+ *   outside: a fixed amount at a fixed temperature (Boyle).
  *
  * A state has a level for each, zero at first, which is set between steps as a load is:
  *

@@ -198,8 +198,8 @@ THRUM_API thrum_status thrum_tape_pull_back(const thrum_model *model, thrum_tape
  * (rank), an equilibrium under a load, into *force_bar (rank), its derivative by the load, and
  * *stiffness_bar, that by a factor of Young's modulus. Either may be NULL. work: rank (rank + 3) +
  * thrum_work_count doubles. THRUM_SINGULAR at a limit or bifurcation point, THRUM_UNSUPPORTED for a
- * condensed model, THRUM_INVALID_ARGUMENT for NULL, THRUM_BAD_VALUE for numbers that are not
- * finite. */
+ * condensed model, and with stiffness_bar for bodies that act, THRUM_INVALID_ARGUMENT for NULL,
+ * THRUM_BAD_VALUE for numbers that are not finite. */
 THRUM_API thrum_status thrum_rest_pull_back(const thrum_model *model, const double *q,
                                             const double *q_bar, double *force_bar,
                                             double *stiffness_bar, double *work,
