@@ -114,11 +114,57 @@ static void what_is_no_actuation_is_refused(void **state) {
   program_result_free(&run);
 }
 
+/* A gas acts at level 0 as well: static has it without --actuate, and what would leave it out is
+ * refused. */
+static void a_gas_is_never_left_out(void **state) {
+  (void)state;
+  static const char box[] =
+      "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n"
+      "f 1 4 3 2\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
+  FILE *file = fopen(in_folder("box.obj"), "w");
+  assert_non_null(file);
+  fputs(box, file);
+  assert_int_equal(fclose(file), 0);
+  program_result run =
+      thrum_run(folder, "mesh", "box.obj", "--thickness", "0.1", "-o", "box.inp", "-q", NULL);
+  assert_int_equal(run.exit_code, 0);
+  program_result_free(&run);
+  run = thrum_run(folder, "precompute", "box.inp", "--element", "tet", "--order", "1", "--fix",
+                  "x<0.1", "--young", "1e5", "--poisson", "0.3", "--density", "1000", "--modes",
+                  "4", "--rank", "8", "--actuator", "lid=gas:bottom,outside=1e6", "-o", "gas.npz",
+                  "-q", NULL);
+  assert_int_equal(run.exit_code, 0);
+  program_result_free(&run);
+
+  // told or not, it is the same body
+  double heights[2];
+  for (int n = 0; n < 2; n++) {
+    cJSON *object = object_of(thrum_run(folder, "static", "gas.npz", "--load",
+                                        "constant:0,0,-200@near:1,1,1", "--accept-error", "--json",
+                                        "-q", n ? "--actuate" : NULL, "lid=constant:0", NULL),
+                              0);
+    heights[n] = height_of(object);
+    cJSON_Delete(object);
+  }
+  assert_true(heights[0] < 0 && fabs(heights[0] / heights[1] - 1) < 1e-9);
+
+  const char *const others[3][4] = {{"response", "gas.npz", "--mode", "1"},
+                                    {"export", "gas.npz", "--numpy", "gas.py"},
+                                    {"simulate", "gas.npz", "--condense", "4"}};
+  for (int n = 0; n < 3; n++) {
+    run = thrum_run(folder, others[n][0], others[n][1], others[n][2], others[n][3], NULL);
+    assert_int_equal(run.exit_code, 1);
+    assert_non_null(strstr(run.err, "the model has a gas"));
+    program_result_free(&run);
+  }
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(info_lists_what_acts),
       cmocka_unit_test(a_run_has_the_work_of_its_actuators),
       cmocka_unit_test(the_mesh_comes_to_rest_where_the_model_does),
+      cmocka_unit_test(a_gas_is_never_left_out),
       cmocka_unit_test(what_is_no_actuation_is_refused),
   };
   return cmocka_run_group_tests(tests, make_model, remove_folder);
