@@ -69,6 +69,8 @@ static thrum_status parse_spec(const char *spec, beam *b, thrum_error *error) {
   b->parts = 1;
   if (take_word(&at, ",parts="))
     at += thrum_text_scan_integer(at, end, &b->parts);
+  if (at > spec && at[-1] == '=')
+    return bad_spec(spec, error);
   if (at != end || b->parts < 1 || (b->parts > 1 && b->parts > b->cells[0]))
     return bad_spec(spec, error);
 

@@ -104,11 +104,27 @@ static void join(const thrum_scene *scene) {
       unite(pairs->group, scene->links[n].body, scene->links[n].other);
 }
 
-/* What is struck goes on as fast as what strikes it, so all bodies of a group move as far as the
- * fastest of them may; true where that is further than it was for one. */
+/* What is struck goes on as fast as what strikes it: a body moves as far as a solid that is near;
+ * true where that is further than it was. */
+static bool hurry_by_solids(const thrum_scene *scene) {
+  bool further = false;
+  for (int32_t n = 0; n < scene->body_count; n++)
+    for (int32_t s = 0; s < scene->solid_count && scene->bodies[n]->skin != NULL; s++) {
+      const thrum_skin_bound *solid = &scene->solids[s].bound;
+      double *motion = &scene->pairs.bounds[n].motion;
+      if (scene->pairs.group[n] < 0 || !(solid->motion > *motion) ||
+          !thrum_contact_pairs_near(scene->pairs.bounds + n, solid))
+        continue;
+      *motion = solid->motion;
+      further = true;
+    }
+  return further;
+}
+
+/* And all bodies of a group move as far as the fastest of them may; true likewise. */
 static bool hurry(const thrum_scene *scene) {
   const scene_pairs *pairs = &scene->pairs;
-  bool further = false;
+  bool further = hurry_by_solids(scene);
   for (int pass = 0; pass < 2; pass++)
     for (int32_t n = 0; n < scene->body_count; n++) {
       if (pairs->group[n] < 0)

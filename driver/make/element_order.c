@@ -159,6 +159,8 @@ thrum_status element_order_refine(const precompute_request *request, const thrum
   options.mass = request->options.mass;
   options.check = THRUM_CHECK_SEARCH;
   options.order_known = true;
+  options.threads = request->options.threads;
+  options.memory_limit = request->options.memory_limit;
 
   thrum_mesh finer = {0};
   uint8_t *held = NULL;
@@ -175,8 +177,8 @@ thrum_status element_order_refine(const precompute_request *request, const thrum
   thrum_mesh_free(&finer);
   free(held);
 
-  // a finer mesh that fails says nothing of this one
-  return is_fatal(status) ? status : THRUM_OK;
+  // a finer mesh that fails, or finds no memory, says nothing of this one
+  return status == THRUM_INTERRUPTED ? status : THRUM_OK;
 }
 
 void element_order_say(const element_order *order, const thrum_mesh *mesh, const char *name) {

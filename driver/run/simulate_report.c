@@ -236,7 +236,7 @@ static void add_work(cJSON *object, const simulate_figures *figures) {
   cJSON *work = cJSON_AddObjectToObject(object, "work");
   json_number(work, "load_j", figures->work_load);
   json_number(work, "base_j", figures->work_base);
-  if (figures->request->actuate_count > 0)
+  if (actuate_specs_act(figures->model, figures->request->actuate_count))
     json_number(work, "actuators_j", figures->work_actuators);
   json_number(work, "dissipated_j", figures->dissipated);
   json_number(work, "plastic_j", figures->plastic_work);

@@ -133,7 +133,7 @@ static thrum_status set_levels(reduced_stepper *self, int64_t step, thrum_error 
 /* Sums up what the actuators have done. */
 static void count_work(reduced_stepper *self) {
   double work[THRUM_ACTUATORS_MAX], sum = 0;
-  if (self->request->actuate_count == 0 ||
+  if (!actuate_specs_act(self->model, self->request->actuate_count) ||
       thrum_state_actuation_work(self->model, self->state, work, NULL) < 0)
     return;
   for (int64_t k = 0; k < thrum_model_actuators(self->model); k++)

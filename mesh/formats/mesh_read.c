@@ -239,11 +239,16 @@ static void note_cut(const char *why, thrum_mesh *mesh) {
                         (long long)mesh->solid_count, (long long)mesh->tet_count);
     mesh->cut_elements = mesh->solid_count;
   }
-  if (mesh->cut_elements == 0 || mesh->note_count == 0 || !why)
+
+  // behind the note that says what was cut
+  for (int64_t n = 0; n < mesh->note_count && why; n++) {
+    char *text = mesh->notes[n].text;
+    const size_t length = strlen(text);
+    if (!strstr(text, " cut into "))
+      continue;
+    snprintf(text + length, sizeof mesh->notes->text - length, "; %s tetrahedra alone", why);
     return;
-  char *text = mesh->notes[mesh->note_count - 1].text;
-  const size_t length = strlen(text);
-  snprintf(text + length, sizeof mesh->notes->text - length, "; %s tetrahedra alone", why);
+  }
 }
 
 thrum_status thrum_mesh_check_kept(const char *name, const thrum_mesh_read_options *options,

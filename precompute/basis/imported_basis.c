@@ -56,6 +56,15 @@ static thrum_status take_rows(const thrum_fem *fem, const thrum_mesh *mesh,
   const int64_t rows = 3 * mesh->vertex_count, r = imported->rank;
   const bool mapped = mesh->file_vertex != NULL && imported->rows == 3 * mesh->file_vertex_count;
 
+  // what was made since the file was read has no row
+  if (mesh->made_midsides > 0 && imported->rows != rows)
+    return thrum_error_set(
+        error, THRUM_BAD_SHAPE,
+        "the mesh has %lld nodes that its file has not, of which the basis tells "
+        "nothing: give --element shell where wedges were divided, or leave out "
+        "--order 2",
+        (long long)mesh->made_midsides);
+
   // a file has rows for the vertices of the mesh, or for those of its file
   if (imported->rows != rows && !mapped)
     return thrum_error_set(error, THRUM_BAD_SHAPE,

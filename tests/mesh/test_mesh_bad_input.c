@@ -326,6 +326,7 @@ static void bad_beams_are_refused(void **state) {
                {"beam:1x1x1@1x1x1 ", "is no beam"},
                {"beam:4x1x1@1x1x1,parts=5", "is no beam"},
                {"beam:4x1x1@1x1x1,parts=0", "is no beam"},
+               {"beam:4x1x1@1x1x1,parts=", "is no beam"},
                {"beam:1.5x1x1@1x1x1", "is no beam"},
                {"beam:axbxc@1x1x1", "is no beam"},
                {"beam:1x1x1@0,1x1x1", "is no beam"},

@@ -604,6 +604,27 @@ static void what_is_struck_meets_the_next_in_any_order(void **context) {
   }
 }
 
+/* The same of a wall that moves. */
+static void what_a_solid_strikes_meets_the_next(void **context) {
+  fixture *f = *context;
+  thrum_scene_solid_def wall = thrum_default_scene_solid_def();
+  wall.position[0] = -0.51;
+  wall.velocity[0] = 25;
+  MUST(thrum_scene_add_solid(f->scene, &wall, NULL, &failure));
+  collide(f->scene, 0.5, 0.5);
+  for (int n = 0; n < 2; n++) {
+    thrum_scene_body_def block = def_of(&f->block, 0.1025 * n, 0.015 * n, 0, 1e3);
+    block.scale = 0.5;
+    add(f->scene, &block);
+  }
+  MUST(thrum_scene_step(f->scene, &failure));
+  double x[3], v[3];
+  MUST(thrum_scene_body_vertex(f->scene, 1, 13, x, v, &failure));
+  if (!(v[0] > 1))
+    fail_msg("the second block moves at %g m/s", v[0]);
+  assert_true(thrum_scene_collisions(f->scene).deepest_share < 1);
+}
+
 /* A column of cubes that lie on each other strikes the floor: without restitution all of them stop
  * in that impact, as its impulses are passed on from cube to cube. */
 static void a_column_is_struck_as_one(void **context) {
@@ -1618,6 +1639,7 @@ int main(void) {
 
       // what rests
       TEST(what_is_struck_meets_the_next_in_any_order),
+      TEST(what_a_solid_strikes_meets_the_next),
       TEST(a_column_is_struck_as_one),
       TEST(what_others_speak_for_takes_no_room),
       TEST(a_stack_rests),
