@@ -96,7 +96,7 @@ unsigned thrum_mesh_flags(const thrum_mesh *mesh, const thrum_mesh_examined *e) 
   const bool thin = (double)e->shallow_tets > SHALLOW_SHARE * (double)mesh->tet_count;
   flags |= linear && e->poisson_max > POISSON_LOCKS ? THRUM_EXAMINE_LOCKING : 0U;
   flags |= linear && thin ? THRUM_EXAMINE_THIN : 0U;
-  flags |= mesh->solid_count == 0 && e->ratio_min < RATIO_SLIVER ? THRUM_EXAMINE_SLIVERS : 0U;
+  flags |= e->ratio_min < RATIO_SLIVER ? THRUM_EXAMINE_SLIVERS : 0U;
 
   // middle nodes of quadratic tets, and centres of what was cut, are dropped as a matter of course
   const bool dropped =
@@ -176,8 +176,9 @@ const char *thrum_mesh_flag_line(const thrum_mesh *mesh, const thrum_mesh_examin
     break;
   case THRUM_EXAMINE_SLIVERS:
     snprintf(line, SIZE,
-             "the worst tet has a mean ratio of %.2g (1 is regular, below %g is a sliver); "
-             "optimise the mesh in the mesher",
+             "the worst %s of %.2g (1 is regular, below %g is a sliver); optimise the mesh in the "
+             "mesher",
+             mesh->solid_count > 0 ? "element has a scaled Jacobian" : "tet has a mean ratio",
              e->ratio_min, RATIO_SLIVER);
     break;
 

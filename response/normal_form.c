@@ -289,6 +289,9 @@ thrum_status thrum_normal_form_size(const thrum_model *model, int64_t mode, size
   form counted = {0};
   thrum_room room = {NULL, 0};
   THRUM_TRY(check(model, mode, error));
+  if (model->levels != NULL)
+    return thrum_error_set(error, THRUM_UNSUPPORTED,
+                           "a body under the levels of actuators has no normal form here");
   if (size == NULL)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "size is NULL");
   lay(&counted, model, &room);

@@ -184,6 +184,9 @@ static thrum_status check(const thrum_model *model, const thrum_response_def *de
     return thrum_error_set(error, THRUM_MISSING,
                            "the model has no polynomial; one that was precomputed condensed is to "
                            "be condensed first");
+  if (model->levels != NULL)
+    return thrum_error_set(error, THRUM_UNSUPPORTED,
+                           "a body under the levels of actuators has no curve here");
   THRUM_TRY(check_numbers(def, model, error));
   return check_arrays(def, model, error);
 }

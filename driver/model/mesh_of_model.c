@@ -4,10 +4,12 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "config/message.h"
 #include "driver/model/model_meta.h"
 #include "mesh/formats/file_suffix.h"
 #include "mesh/mesh_groups.h"
 #include "precompute/model/model_fem.h"
+#include "thrum/actuation.h"
 
 bool mesh_of_model_is_named(const char *name) {
   return thrum_file_has_suffix(name, ".npz");
@@ -61,6 +63,8 @@ thrum_status mesh_of_model_read(const char *path, thrum_mesh *mesh, uint8_t **fi
   bool whole = true;
   THRUM_TRY(thrum_model_load(path, &model, error));
   thrum_status status = thrum_model_borrow_mesh(model, &lent, error);
+  if (status >= 0 && thrum_model_actuators(model) > 0)
+    config_warn("%s: its mesh is taken, and its actuators are not: give --actuator again", path);
 
   // the materials are a copy already, all else stays in the model
   if (status >= 0) {

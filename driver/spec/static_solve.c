@@ -21,6 +21,11 @@ static thrum_status add_loads(const thrum_model *model, const load_spec *loads, 
   return THRUM_OK;
 }
 
+static void warn_free(const thrum_model *model, const char *said) {
+  if (model->rigid != NULL)
+    config_warn("%s: nothing holds the body: what would move it as a whole has no effect", said);
+}
+
 /* Warns of loads that are allowed and yet hardly meant. */
 static void warn_idle(const thrum_model *model, const char *said, const double *load) {
   bool idle = true;
@@ -28,10 +33,8 @@ static void warn_idle(const thrum_model *model, const char *said, const double *
     idle = idle && load[i] == 0;
   if (idle)
     config_warn("%s: the load moves nothing: it is zero, or all that it acts on is held", said);
-  else if (model->rigid != NULL)
-    config_warn(
-        "%s: nothing holds the body: what of the load would move it as a whole has no effect",
-        said);
+  else
+    warn_free(model, said);
 }
 
 /* The model under the levels of the problem; *levels are the caller's to free, and NULL where
@@ -64,6 +67,8 @@ static thrum_status solve_for(const static_problem *problem, const thrum_model *
   // a load that nothing answers is a mistake more often than not
   if (problem->actuate_count == 0)
     warn_idle(model, problem->said, sum);
+  else
+    warn_free(model, problem->said);
 
   // an answer is continued from the forces that hold it
   thrum_equilibrium_def def = problem->def;

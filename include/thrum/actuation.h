@@ -72,10 +72,11 @@ THRUM_API thrum_status thrum_state_actuation_measures(const thrum_model *model,
 /* Doubles of the memory of thrum_model_actuate; 0 where the model has no actuators. Any thread. */
 THRUM_API int64_t thrum_model_actuation_count(const thrum_model *model);
 
-/* The model under constant levels, for what has no state: equilibria, responses, forces and
- * tangents. `acting` is a copy of the struct that has them in `memory` (the caller's, of
- * thrum_model_actuation_count doubles), which must outlive it, as must `model`. States that are
- * stepped with it have their own levels. Failures as of thrum_state_set_actuation. Any thread. */
+/* The model under constant levels, for what has no state: equilibria, forces and tangents. Curves
+ * and normal forms refuse it, and thrum_model_scale drops the levels. `acting` is a copy of the
+ * struct that has them in `memory` (the caller's, of thrum_model_actuation_count doubles), which
+ * must outlive it, as must `model`. States that are stepped with it have their own levels. Failures
+ * as of thrum_state_set_actuation. Any thread. */
 THRUM_API thrum_status thrum_model_actuate(const thrum_model *model, const double *levels,
                                            double *memory, thrum_model *acting, thrum_error *error);
 

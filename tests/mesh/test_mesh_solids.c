@@ -10,6 +10,7 @@
 #include "mesh/divide_shells.h"
 #include "mesh/formats/mesh_write.h"
 #include "mesh/mesh_examine.h"
+#include "mesh/mesh_flags.h"
 #include "mesh/solids.h"
 
 enum { CELLS = 3, HALVES = 2 * CELLS + 1, TEXT_MAX = 1 << 17 };
@@ -457,6 +458,25 @@ static void what_was_made_is_held_with_its_vertices(void **state) {
   thrum_mesh_free(&mesh);
 }
 
+/* A hexahedron with a corner of nearly 180 degrees is flagged as a sliver is. */
+static void a_squashed_hexahedron_is_flagged(void **state) {
+  (void)state;
+  for (int n = 0; n < 2; n++) {
+    char text[400], line[300];
+    snprintf(text, sizeof text,
+             "*NODE\n1,0,0,0\n2,1,0,0\n3,%g,%g,0\n4,0,1,0\n5,0,0,1\n6,1,0,1\n7,%g,%g,1\n8,0,1,1\n"
+             "*ELEMENT, TYPE=C3D8\n1,1,2,3,4,5,6,7,8\n",
+             n ? 0.51 : 1.0, n ? 0.51 : 1.0, n ? 0.51 : 1.0, n ? 0.51 : 1.0);
+    thrum_mesh mesh = read_as(text, THRUM_ELEMENT_SOLID);
+    thrum_mesh_examined examined;
+    assert_int_equal(thrum_mesh_examine(&mesh, &examined, NULL), THRUM_OK);
+    assert_int_equal((thrum_mesh_flags(&mesh, &examined) & THRUM_EXAMINE_SLIVERS) != 0, n);
+    assert_non_null(strstr(thrum_mesh_flag_line(&mesh, &examined, THRUM_EXAMINE_SLIVERS, line),
+                           "element has a scaled Jacobian"));
+    thrum_mesh_free(&mesh);
+  }
+}
+
 static void elements_that_stay_have_the_order_of_the_file(void **state) {
   (void)state;
   char text[4000];
@@ -538,6 +558,7 @@ int main(void) {
       cmocka_unit_test(thick_wedges_are_cut_by_default),
       cmocka_unit_test(thin_wedges_are_divided),
       cmocka_unit_test(what_was_made_is_held_with_its_vertices),
+      cmocka_unit_test(a_squashed_hexahedron_is_flagged),
       cmocka_unit_test(elements_that_stay_have_the_order_of_the_file),
       cmocka_unit_test(solids_are_written_as_what_they_are),
       cmocka_unit_test(the_shape_of_a_solid_is_that_of_its_corners),
