@@ -133,7 +133,9 @@ static thrum_status refine(const thrum_mesh *mesh, const uint8_t *fixed, thrum_m
                            uint8_t **held, int *levels, thrum_error *error) {
   THRUM_TRY(thrum_mesh_refine(mesh, fixed, finer, held, error));
   *levels = 1;
-  if (thrum_mesh_refined_size(finer).vertices > REFINED_MAX)
+  thrum_refined_size size;
+  THRUM_TRY(thrum_mesh_refined_size(finer, &size, error));
+  if (size.vertices > REFINED_MAX)
     return THRUM_OK;
   thrum_mesh finest = {0};
   uint8_t *finest_held = NULL;
@@ -150,7 +152,8 @@ thrum_status element_order_refine(const precompute_request *request, const thrum
                                   const uint8_t *fixed, int64_t modes, const double *omega2,
                                   element_order *order, thrum_error *error) {
   order->finer_count = 0;
-  const thrum_refined_size size = thrum_mesh_refined_size(mesh);
+  thrum_refined_size size;
+  THRUM_TRY(thrum_mesh_refined_size(mesh, &size, error));
   if (size.elements == 0 || size.vertices > REFINED_MAX || mesh->springs != NULL)
     return THRUM_OK;
   const int64_t count = modes < ELEMENT_ORDER_FINER ? modes : ELEMENT_ORDER_FINER;

@@ -31,11 +31,38 @@ static bool is_shell(const thrum_mesh *mesh, int64_t s) {
   return mesh->solid_form[s] == THRUM_FORM_SHELL8 || mesh->solid_form[s] == THRUM_FORM_SHELL6;
 }
 
-static bool is_sheet(const thrum_mesh *mesh) {
+static int64_t edge_key(int32_t a, int32_t b) {
+  return a < b ? (int64_t)a << 32 | b : (int64_t)b << 32 | a;
+}
+
+/* Does no edge lie both along a face of a solid-shell and across the thickness of another one? All
+ * elements are solid-shells. */
+static thrum_status edges_fit(const thrum_mesh *mesh, bool *fit, thrum_error *error) {
+  thrum_number_map along = {0};
+  thrum_status status = THRUM_OK;
+  for (int pass = 0; pass < 2; pass++)
+    for (int64_t s = 0; s < mesh->solid_count && status >= 0 && *fit; s++) {
+      const int32_t *node = mesh->solid_nodes + (s > 0 ? mesh->solid_ends[s - 1] : 0);
+      const int sides = thrum_solid_forms[mesh->solid_form[s]].nodes / 2;
+      for (int n = 0; n < (pass == 0 ? 2 * sides : sides) && status >= 0; n++) {
+        const int other = pass == 1 ? n + sides : n - n % sides + (n + 1) % sides;
+        const int64_t key = edge_key(node[n], node[other]);
+        const bool known = thrum_number_map_find(&along, key) >= 0;
+        *fit = *fit && (pass == 0 || !known);
+        if (pass == 0 && !known)
+          status = thrum_number_map_add(&along, key, 0, error);
+      }
+    }
+  thrum_number_map_free(&along);
+  return status;
+}
+
+/* Are all elements solid-shells that can be divided as they are? */
+static thrum_status find_sheet(const thrum_mesh *mesh, bool *sheet, thrum_error *error) {
+  *sheet = true;
   for (int64_t s = 0; s < mesh->solid_count; s++)
-    if (!is_shell(mesh, s))
-      return false;
-  return true;
+    *sheet = *sheet && is_shell(mesh, s);
+  return *sheet ? edges_fit(mesh, sheet, error) : THRUM_OK;
 }
 
 static bool is_refinable(const thrum_mesh *mesh, int64_t s) {
@@ -43,12 +70,17 @@ static bool is_refinable(const thrum_mesh *mesh, int64_t s) {
   return kind == THRUM_SOLID_HEXAHEDRON || kind == THRUM_SOLID_WEDGE;
 }
 
-thrum_refined_size thrum_mesh_refined_size(const thrum_mesh *mesh) {
+thrum_status thrum_mesh_refined_size(const thrum_mesh *mesh, thrum_refined_size *size,
+                                     thrum_error *error) {
+  bool sheet = false;
+  *size = (thrum_refined_size){0};
   for (int64_t s = 0; s < mesh->solid_count; s++)
     if (!is_refinable(mesh, s))
-      return (thrum_refined_size){0};
-  const int64_t parts = is_sheet(mesh) ? PARTS_MAX / 2 : PARTS_MAX;
-  return (thrum_refined_size){parts * mesh->solid_count, parts * mesh->vertex_count};
+      return THRUM_OK;
+  THRUM_TRY(find_sheet(mesh, &sheet, error));
+  const int64_t parts = sheet ? PARTS_MAX / 2 : PARTS_MAX;
+  *size = (thrum_refined_size){parts * mesh->solid_count, parts * mesh->vertex_count};
+  return THRUM_OK;
 }
 
 /* Natural coordinates of a node. */
@@ -156,7 +188,8 @@ static thrum_status put_part(refining *r, int64_t s, int part, thrum_error *erro
 static thrum_status reserve_all(refining *r, thrum_error *error) {
   const thrum_mesh *mesh = r->mesh;
   thrum_mesh *finer = r->finer;
-  const int64_t parts = thrum_mesh_refined_size(mesh).elements, regions = mesh->region_count;
+  const int64_t parts = (r->sheet ? PARTS_MAX / 2 : PARTS_MAX) * mesh->solid_count;
+  const int64_t regions = mesh->region_count;
   const int64_t nodes = parts / mesh->solid_count * thrum_mesh_solid_nodes(mesh);
   const int64_t vertices = mesh->vertex_count + nodes, tets = THRUM_SOLID_MIDDLE_TETS_MAX * parts;
   THRUM_TRY(thrum_reserve(&r->held, vertices, 1, WHAT, error));
@@ -189,8 +222,9 @@ static thrum_status refine(refining *r, thrum_error *error) {
 thrum_status thrum_mesh_refine(const thrum_mesh *mesh, const uint8_t *fixed, thrum_mesh *finer,
                                uint8_t **held, thrum_error *error) {
   thrum_mesh made = {0};
-  refining r = {.mesh = mesh, .fixed = fixed, .finer = &made, .sheet = is_sheet(mesh)};
-  const thrum_status status = refine(&r, error);
+  refining r = {.mesh = mesh, .fixed = fixed, .finer = &made};
+  thrum_status status = find_sheet(mesh, &r.sheet, error);
+  THRUM_THEN(status, refine(&r, error));
   thrum_number_map_free(&r.seen);
   if (status >= 0) {
     *held = r.held;
