@@ -312,7 +312,9 @@ def identify(model: ModelOrPath, recording: Path | Mapping[str, Any], *, output:
     rows = np.column_stack([np.asarray(column, dtype=np.float64) for column in recording.values()])
     with tempfile.TemporaryDirectory(prefix="thrum-") as work:
         path = os.path.join(work, "given-recording.csv")
-        np.savetxt(path, rows, fmt="%.17g", delimiter=",", header=",".join(recording), comments="")
+        # names of places have commas, which the file writes as blanks
+        names = ",".join(name.replace(",", " ") for name in recording)
+        np.savetxt(path, rows, fmt="%.17g", delimiter=",", header=names, comments="")
         report = _run_on("identify", model, path, _named={path: "recording"}, output=output, **options)
         report["recording"] = None
         return report

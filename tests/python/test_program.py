@@ -267,6 +267,11 @@ class Program(unittest.TestCase):
         young, ratio = report["parameters"]
         self.assertAlmostEqual(young["value"] / young["first"], 1.0, 4)
         self.assertAlmostEqual(ratio["value"] / 0.04, 1.0, 3)
+
+        # a place may have commas
+        columns = {"time_s": columns["time_s"], "near:1,0,0.z_m": columns["tip.z_m"]}
+        young = thrum.identify(beam_file(), columns, start="mode:1,0.05", dt=0.002)["parameters"][0]
+        self.assertAlmostEqual(young["value"] / young["first"], 1.0, 2)
         with self.assertRaisesRegex(thrum.ProgramFailed, "recording"):
             thrum.identify(beam_file(), {"time_s": [0.0, 1.0], "tip.z_m": [0.0, 1.0]}, start="mode:1,0.05")
 
