@@ -22,6 +22,7 @@
 #include "io/paths.h"
 #include "mesh/formats/mesh_read.h"
 #include "mesh/formats/surface_read.h"
+#include "platform/folder_swap.h"
 #include "platform/interrupt.h"
 #include "platform/program.h"
 
@@ -181,7 +182,7 @@ static char *file_url(const char *given) {
   char folder[4096] = "";
 
   // without the steps up that a relative path may have
-  char *whole = realpath(given, NULL);
+  char *whole = thrum_folder_real_path(given);
   const char *path = whole != NULL ? whole : given;
   if (path[0] != '/' && getcwd(folder, sizeof folder) == NULL)
     return NULL;
