@@ -22,10 +22,10 @@ thrum_status thrum_actuator_responses(const thrum_fem *fem, const thrum_sparse *
   const int64_t n = fem->free_count;
   thrum_scope memory = thrum_scope_begin("the shapes of the actuators", error);
   double *all = thrum_scope_allocate(&memory, 3 * fem->vertex_count, sizeof *all);
-  double *force = thrum_scope_allocate(&memory, 2 * n, sizeof *force), *product = force + n;
+  double *force = thrum_scope_allocate(&memory, 2 * n, sizeof *force);
   thrum_status status = memory.status;
   for (int64_t k = 0; k < count && status >= 0; k++) {
-    double *x = responses + k * n;
+    double *x = responses + k * n, *product = force + n;
     memset(all, 0, (size_t)(3 * fem->vertex_count) * sizeof *all);
     thrum_fem_actuator(fem, &actuators[k], NULL, 1, all);
     thrum_fem_gather(fem, all, force);

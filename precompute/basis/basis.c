@@ -369,7 +369,7 @@ static thrum_status append_response_derivatives(pca *p, int64_t done, int64_t co
   }
 
   // the largest come last; what is left below the rounding of their squares is nothing
-  const double *values = gram + pairs * pairs;
+  const double *values = status >= 0 ? gram + pairs * pairs : NULL;
   *found = 0;
   for (; status >= 0 && *found < count && *found < pairs; ++*found) {
     const int64_t at = pairs - 1 - *found;

@@ -633,7 +633,7 @@ static thrum_status refine(cubature *c, thrum_model *model, thrum_cubature_figur
   double *quadratic = NEED(k * (k + 1) / 2 * r), *unit = NEED(k);
 #undef NEED
   points.lambda = moduli;
-  points.mu = moduli + n;
+  points.mu = moduli ? moduli + n : NULL;
   for (int64_t p = 0; p < 2 * n && memory.status == THRUM_OK; p++)
     moduli[p] = model->point_moduli[p] * model->point_weights[p % n];
 
