@@ -35,10 +35,7 @@ static int64_t file_number(const thrum_mesh *mesh, int32_t v) {
   for (int64_t i = 0; mesh->file_vertex && i < mesh->file_vertex_count; i++)
     if (mesh->file_vertex[i] == v)
       place = i;
-
-  // what was made since comes after all of the file
-  return mesh->file_number && place < mesh->file_vertex_count ? mesh->file_number[place]
-                                                              : place + 1;
+  return thrum_mesh_number(mesh, place);
 }
 
 static void add_flags(cJSON *object, const thrum_mesh *mesh, const thrum_mesh_examined *e,

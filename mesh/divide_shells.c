@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "mesh/mesh_shells.h"
 #include "mesh/midsides.h"
 #include "mesh/number_map.h"
 #include "mesh/solids.h"
@@ -29,18 +30,6 @@ typedef struct division {
   thrum_error *error;
 } division;
 
-static int sides_of(const thrum_mesh *mesh, int64_t s) {
-  return mesh->solid_form[s] == THRUM_FORM_SHELL6 ? 3 : 4;
-}
-
-static const int32_t *nodes_of(const thrum_mesh *mesh, int64_t s) {
-  return mesh->solid_nodes + (s > 0 ? mesh->solid_ends[s - 1] : 0);
-}
-
-static int64_t edge_key(int32_t a, int32_t b) {
-  return a < b ? (int64_t)a << 32 | b : (int64_t)b << 32 | a;
-}
-
 /* The place of the least of so many numbers. */
 static int least_of(int count, const int32_t *numbers) {
   int least = 0;
@@ -54,9 +43,9 @@ static int64_t face_key(const division *d, int sides, const int32_t *corner) {
   const int least = least_of(sides, corner);
   const int32_t across = corner[(least + 2) % sides];
   if (sides == 4)
-    return -1 - edge_key(corner[least], across);
+    return -1 - thrum_edge_number(corner[least], across);
   const int64_t edge =
-      thrum_number_map_find(&d->edges, edge_key(corner[(least + 1) % sides], across));
+      thrum_number_map_find(&d->edges, thrum_edge_number(corner[(least + 1) % sides], across));
   return edge << 32 | corner[least];
 }
 
@@ -67,27 +56,21 @@ static thrum_status number(thrum_number_map *map, int64_t key, int64_t *count, t
   return thrum_number_map_add(map, key, (*count)++, error);
 }
 
-/* Numbers edges and faces; *fits: no edge of them goes across a thickness. */
-static thrum_status number_all(division *d, bool *fits) {
+/* Numbers edges and faces. */
+static thrum_status number_all(division *d) {
   const thrum_mesh *mesh = d->mesh;
   for (int64_t s = 0; s < mesh->solid_count; s++) {
-    const int sides = sides_of(mesh, s);
-    const int32_t *node = nodes_of(mesh, s);
+    const int sides = thrum_mesh_shell_sides(mesh, s);
+    const int32_t *node = thrum_mesh_solid_at(mesh, s);
     d->parts += sides;
     for (int i = 0; i < 2 * sides; i++) {
       const int next = i - i % sides + (i + 1) % sides;
-      THRUM_TRY(number(&d->edges, edge_key(node[i], node[next]), &d->edge_count, d->error));
+      THRUM_TRY(
+          number(&d->edges, thrum_edge_number(node[i], node[next]), &d->edge_count, d->error));
     }
     for (int half = 0; half < 2; half++)
       THRUM_TRY(
           number(&d->faces, face_key(d, sides, node + half * sides), &d->face_count, d->error));
-  }
-
-  *fits = d->mesh->vertex_count + d->edge_count + d->face_count < INT32_MAX / 3;
-  for (int64_t s = 0; s < mesh->solid_count && *fits; s++) {
-    const int32_t *node = nodes_of(mesh, s);
-    for (int i = 0, sides = sides_of(mesh, s); i < sides && *fits; i++)
-      *fits = thrum_number_map_find(&d->edges, edge_key(node[i], node[i + sides])) < 0;
   }
   return THRUM_OK;
 }
@@ -102,7 +85,8 @@ static void put_mean(const thrum_mesh *mesh, int count, const int32_t *of, doubl
 
 /* The node of an edge, or of a face, of a part. */
 static int32_t edge_node(const division *d, int32_t a, int32_t b) {
-  return (int32_t)(d->mesh->vertex_count + thrum_number_map_find(&d->edges, edge_key(a, b)));
+  return (int32_t)(d->mesh->vertex_count +
+                   thrum_number_map_find(&d->edges, thrum_edge_number(a, b)));
 }
 
 static int32_t face_node(const division *d, int sides, const int32_t *corner) {
@@ -130,10 +114,10 @@ static void place_side(division *d, int sides, const int32_t *corner) {
 static void put_part(division *d, int64_t s, int i, int64_t part, int64_t *tets) {
   const thrum_mesh *mesh = d->mesh;
   thrum_mesh *made = &d->made;
-  const int sides = sides_of(mesh, s);
+  const int sides = thrum_mesh_shell_sides(mesh, s);
   int32_t *to = made->solid_nodes + PART_NODES * part;
   for (int half = 0; half < 2; half++) {
-    const int32_t *corner = nodes_of(mesh, s) + half * sides;
+    const int32_t *corner = thrum_mesh_solid_at(mesh, s) + half * sides;
     const int32_t next = corner[(i + 1) % sides], before = corner[(i + sides - 1) % sides];
     const int32_t four[4] = {corner[i], edge_node(d, corner[i], next), face_node(d, sides, corner),
                              edge_node(d, before, corner[i])};
@@ -145,7 +129,7 @@ static void put_part(division *d, int64_t s, int i, int64_t part, int64_t *tets)
   for (int n = 0; n < PART_NODES; n++)
     numbers[n] = to[n];
   const int count = thrum_solid_cut(THRUM_SOLID_HEXAHEDRON, numbers, cut);
-  const int64_t from = s > 0 ? mesh->solid_tet_ends[s - 1] : 0;
+  const int64_t from = thrum_mesh_solid_tet(mesh, s);
   for (int t = 0; t < count; t++, ++*tets) {
     for (int c = 0; c < 4; c++)
       made->tets[4 * *tets + c] = to[cut[t][c]];
@@ -203,16 +187,19 @@ static void swap_elements(division *d) {
 
 static thrum_status divide(division *d, bool *divided) {
   thrum_mesh *mesh = d->mesh;
-  bool fits = false;
-  THRUM_TRY(number_all(d, &fits));
-  if (!fits)
+  bool sheet = false;
+  THRUM_TRY(thrum_mesh_is_sheet(mesh, &sheet, d->error));
+  if (!sheet)
+    return THRUM_OK;
+  THRUM_TRY(number_all(d));
+  if (mesh->vertex_count + d->edge_count + d->face_count >= INT32_MAX / 3)
     return THRUM_OK;
   THRUM_TRY(reserve_all(d));
   int64_t parts = 0, tets = 0;
   for (int64_t s = 0; s < mesh->solid_count; s++) {
-    const int sides = sides_of(mesh, s);
+    const int sides = thrum_mesh_shell_sides(mesh, s);
     for (int half = 0; half < 2; half++)
-      place_side(d, sides, nodes_of(mesh, s) + half * sides);
+      place_side(d, sides, thrum_mesh_solid_at(mesh, s) + half * sides);
     for (int i = 0; i < sides; i++)
       put_part(d, s, i, parts++, &tets);
   }
@@ -236,9 +223,6 @@ static thrum_status divide(division *d, bool *divided) {
 
 thrum_status thrum_mesh_divide_shells(thrum_mesh *mesh, bool *divided, thrum_error *error) {
   *divided = false;
-  for (int64_t s = 0; s < mesh->solid_count; s++)
-    if (mesh->solid_form[s] != THRUM_FORM_SHELL6 && mesh->solid_form[s] != THRUM_FORM_SHELL8)
-      return THRUM_OK;
   division d = {.mesh = mesh, .error = error};
   const thrum_status status = divide(&d, divided);
   thrum_number_map_free(&d.edges);

@@ -60,14 +60,15 @@ thrum_status thrum_mesh_deliver(thrum_status status, thrum_mesh *read, thrum_mes
   return status;
 }
 
-void thrum_mesh_add_note(thrum_mesh *mesh, const char *format, ...) {
+int64_t thrum_mesh_add_note(thrum_mesh *mesh, const char *format, ...) {
   if (thrum_mesh_grow(&mesh->notes, mesh->note_count, 1, sizeof *mesh->notes, NULL) < 0)
-    return;
+    return 0;
   thrum_mesh_note *note = &mesh->notes[mesh->note_count++];
   va_list arguments;
   va_start(arguments, format);
   vsnprintf(note->text, sizeof note->text, format, arguments);
   va_end(arguments);
+  return mesh->note_count;
 }
 
 int64_t thrum_mesh_number(const thrum_mesh *mesh, int64_t v) {

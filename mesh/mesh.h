@@ -76,6 +76,7 @@ typedef struct thrum_mesh {
   int64_t cut_elements;  /* hexahedra, wedges and pyramids that were cut into tets */
   int64_t cornered_tets; /* tets of higher order that were read by their four corners */
   int64_t note_count;
+  int64_t cut_note; /* the note that says what was cut, from 1; 0: there is none */
   thrum_mesh_note *notes;
 } thrum_mesh;
 
@@ -83,6 +84,14 @@ void thrum_mesh_free(thrum_mesh *mesh); /* leaves it empty; an empty (zeroed) me
 
 /* The tets are the elements from now on. */
 void thrum_mesh_drop_solids(thrum_mesh *mesh);
+
+/* The nodes of solid s, and the first of its tets. */
+static inline int32_t *thrum_mesh_solid_at(const thrum_mesh *mesh, int64_t s) {
+  return mesh->solid_nodes + (s > 0 ? mesh->solid_ends[s - 1] : 0);
+}
+static inline int64_t thrum_mesh_solid_tet(const thrum_mesh *mesh, int64_t s) {
+  return s > 0 ? mesh->solid_tet_ends[s - 1] : 0;
+}
 
 /* The nodes of all solids. */
 static inline int64_t thrum_mesh_solid_nodes(const thrum_mesh *mesh) {
@@ -93,11 +102,12 @@ static inline int64_t thrum_mesh_solid_nodes(const thrum_mesh *mesh) {
  * *mesh is untouched then. Returns `status`. */
 thrum_status thrum_mesh_deliver(thrum_status status, thrum_mesh *read, thrum_mesh *mesh);
 
-/* Adds a note; without memory for it there is none. */
+/* Adds a note and returns its number, from 1; 0: there was no memory for it. */
 #if defined(__GNUC__)
 __attribute__((format(printf, 2, 3)))
 #endif
-void thrum_mesh_add_note(thrum_mesh *mesh, const char *format, ...);
+int64_t
+thrum_mesh_add_note(thrum_mesh *mesh, const char *format, ...);
 
 /* How messages call tet `t`: "tet 7", or "element 7" where elements were cut, by the number in the
  * file. */

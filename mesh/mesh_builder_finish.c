@@ -321,8 +321,8 @@ static void note_cuts(const thrum_mesh_builder *b, thrum_mesh *mesh) {
   if (fabs(b->cut_change) > 1e-5)
     snprintf(more + length, sizeof more - length, "; their volume is %.2g %% %s by that",
              fabs(100 * b->cut_change), b->cut_change < 0 ? "smaller" : "larger");
-  thrum_mesh_add_note(mesh, "%s were cut into %lld tetrahedra of %s nodes%s", list,
-                      (long long)b->cut_tets, b->middles ? "ten" : "four", more);
+  mesh->cut_note = thrum_mesh_add_note(mesh, "%s were cut into %lld tetrahedra of %s nodes%s", list,
+                                       (long long)b->cut_tets, b->middles ? "ten" : "four", more);
 }
 
 /* --- solids ---------------------------------------------------------------------------------- */

@@ -9,8 +9,7 @@ int64_t thrum_mesh_element_count(const thrum_mesh *mesh) {
 }
 
 int32_t thrum_mesh_element_region(const thrum_mesh *mesh, int64_t e) {
-  const bool first = mesh->solid_count == 0 || e == 0;
-  return mesh->tet_region[first ? e : mesh->solid_tet_ends[e - 1]];
+  return mesh->tet_region[mesh->solid_count == 0 ? e : thrum_mesh_solid_tet(mesh, e)];
 }
 
 thrum_mesh_element thrum_mesh_element_at(const thrum_mesh *mesh, int64_t e) {

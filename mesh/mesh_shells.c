@@ -6,7 +6,7 @@
 #include <string.h>
 
 #include "core/base/vec3.h"
-#include "mesh/solids.h"
+#include "mesh/number_map.h"
 
 /* The corner of a hexahedron on each side along its three directions. */
 static const int corner_of[2][2][2] = {{{0, 4}, {3, 7}}, {{1, 5}, {2, 6}}};
@@ -74,4 +74,43 @@ int64_t thrum_mesh_choose_shells(thrum_mesh *mesh, double thin) {
     thin_ones += *form == THRUM_FORM_SHELL8 || *form == THRUM_FORM_SHELL6;
   }
   return thin_ones;
+}
+
+static bool is_shell(const thrum_mesh *mesh, int64_t s) {
+  return mesh->solid_form[s] == THRUM_FORM_SHELL8 || mesh->solid_form[s] == THRUM_FORM_SHELL6;
+}
+
+/* Adds the edges of both faces of a solid-shell. */
+static thrum_status add_edges(const thrum_mesh *mesh, int64_t s, thrum_number_map *along,
+                              thrum_error *error) {
+  const int32_t *node = thrum_mesh_solid_at(mesh, s);
+  const int sides = thrum_mesh_shell_sides(mesh, s);
+  for (int n = 0; n < 2 * sides; n++) {
+    const int next = n - n % sides + (n + 1) % sides;
+    const int64_t edge = thrum_edge_number(node[n], node[next]);
+    if (thrum_number_map_find(along, edge) < 0)
+      THRUM_TRY(thrum_number_map_add(along, edge, 0, error));
+  }
+  return THRUM_OK;
+}
+
+thrum_status thrum_mesh_is_sheet(const thrum_mesh *mesh, bool *sheet, thrum_error *error) {
+  bool is = true;
+  for (int64_t s = 0; s < mesh->solid_count; s++)
+    is = is && is_shell(mesh, s);
+
+  // all edges along faces first, and then those across
+  thrum_number_map along = {0};
+  thrum_status status = THRUM_OK;
+  for (int64_t s = 0; s < mesh->solid_count && is && status >= 0; s++)
+    status = add_edges(mesh, s, &along, error);
+  for (int64_t s = 0; s < mesh->solid_count && is && status >= 0; s++) {
+    const int32_t *node = thrum_mesh_solid_at(mesh, s);
+    for (int n = 0, sides = thrum_mesh_shell_sides(mesh, s); n < sides; n++)
+      is = is && thrum_number_map_find(&along, thrum_edge_number(node[n], node[n + sides])) < 0;
+  }
+  thrum_number_map_free(&along);
+  if (status >= 0)
+    *sheet = is;
+  return status;
 }

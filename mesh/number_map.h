@@ -19,6 +19,11 @@ typedef struct thrum_number_map {
   uint64_t used;
 } thrum_number_map;
 
+/* The number of the edge between two vertices, in whichever order. */
+static inline int64_t thrum_edge_number(int32_t a, int32_t b) {
+  return a < b ? (int64_t)a << 32 | b : (int64_t)b << 32 | a;
+}
+
 /* The place of a number; -1: it has none. Cost: constant. */
 int64_t thrum_number_map_find(const thrum_number_map *map, int64_t number);
 /* Gives a number that has no place yet the place, at least 0. Cost: constant on average. */

@@ -26,7 +26,7 @@ typedef struct element_order {
   /* and by how much ten-node ones do, of a model that has them */
   int64_t cubic_count;
   double cubic_errors[THRUM_CUBIC_ERRORS_MAX];
-  /* and hexahedra and solid-shells, by a mesh twice as fine; none where it would take long */
+  /* and hexahedra and wedges, by a finer mesh; none where it would take long */
   int64_t finer_count;
   double finer_errors[ELEMENT_ORDER_FINER];
   char kept[200]; /* why linear ones stay although they lock; "": they do not, or were wanted */
@@ -45,10 +45,9 @@ thrum_status element_order_choose(const precompute_request *request, bool read,
                                   element_order *order, thrum_error *error);
 
 /* By how much the first frequencies are too high, omega2 of `modes` of them, by those of a mesh
- * four times as fine, or twice where that has more than 6,000 elements: the error falls with the
- * square of the elements' size. Of hexahedra of eight nodes and solid-shells; of larger meshes not
- * known.
- */
+ * four times as fine, or twice where that has more than 8,000 vertices: the error falls with the
+ * square of the elements' size, or faster. Of hexahedra, wedges and solid-shells; not known of
+ * larger meshes and of bodies on springs. */
 thrum_status element_order_refine(const precompute_request *request, const thrum_mesh *mesh,
                                   const uint8_t *fixed, int64_t modes, const double *omega2,
                                   element_order *order, thrum_error *error);

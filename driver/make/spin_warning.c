@@ -7,26 +7,13 @@
 #include <stdlib.h>
 
 #include "config/message.h"
+#include "core/base/vec3.h"
 #include "driver/make/pull_warning.h"
 #include "platform/allocate.h"
 #include "precompute/model/load_share.h"
 
 #define SHOWN 0.95         /* of the stretch: a model that shows less is warned of */
 #define STRETCH_LEAST 1e-5 /* of the largest side: what stretches by less is not looked at */
-
-/* The largest side of the mesh [m]. */
-static double largest_side(const thrum_model *model) {
-  double side = 0;
-  for (int axis = 0; axis < 3; axis++) {
-    double least = INFINITY, most = -INFINITY;
-    for (int64_t v = 0; v < model->vertex_count; v++) {
-      least = fmin(least, model->vertices[3 * v + axis]);
-      most = fmax(most, model->vertices[3 * v + axis]);
-    }
-    side = fmax(side, most - least);
-  }
-  return side;
-}
 
 void spin_warning_print(const char *name, const thrum_model *model, const thrum_model_scaling *by,
                         const double spin[3]) {
@@ -48,7 +35,8 @@ void spin_warning_print(const char *name, const thrum_model *model, const thrum_
   // a scaled body is stretched by another share of its size, and shows as much of it
   const double stretch = by->density * by->length * by->length / by->stiffness * share.reach;
   const double shown = 1 - share.statics * share.statics;
-  if (shown < SHOWN && stretch > STRETCH_LEAST * largest_side(model))
+  if (shown < SHOWN &&
+      stretch > STRETCH_LEAST * thrum_box3_longest(model->vertices, model->vertex_count))
     config_warn(
         "%.100s: this model shows %.0f %% of what its spin stretches the mesh by (linear, "
         "at rest), which is %.2g m: make it by thrum precompute, with twice its rank of %d, "

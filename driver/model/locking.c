@@ -166,22 +166,15 @@ void locking_json(cJSON *object, const thrum_model *model) {
   cJSON *meta = model_meta_parse(model);
   const cJSON *by = model_meta_find(meta, "mesh", "order_by");
   double errors[THRUM_ORDER_ERRORS_MAX];
-  const int64_t count = errors_of(meta, "order_error", errors);
   json_number(object, "order", model->tet_count == 0 ? NAN : model->midsides != NULL ? 2 : 1);
   json_string(object, "order_by", cJSON_IsString(by) ? by->valuestring : NULL);
-  if (count > 0)
-    json_numbers(object, "order_error", errors, count);
-  else
-    cJSON_AddNullToObject(object, "order_error");
-  const int64_t own_count = errors_of(meta, "ten_node_error", errors);
-  if (own_count > 0)
-    json_numbers(object, "ten_node_error", errors, own_count);
-  else
-    cJSON_AddNullToObject(object, "ten_node_error");
-  const int64_t finer_count = errors_of(meta, "finer_error", errors);
-  if (finer_count > 0)
-    json_numbers(object, "finer_error", errors, finer_count);
-  else
-    cJSON_AddNullToObject(object, "finer_error");
+  static const char *const keys[] = {"order_error", "ten_node_error", "finer_error"};
+  for (size_t k = 0; k < sizeof keys / sizeof *keys; k++) {
+    const int64_t count = errors_of(meta, keys[k], errors);
+    if (count > 0)
+      json_numbers(object, keys[k], errors, count);
+    else
+      cJSON_AddNullToObject(object, keys[k]);
+  }
   cJSON_Delete(meta);
 }

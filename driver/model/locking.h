@@ -23,7 +23,7 @@ void locking_warn_of(const char *name, const double *errors, int64_t count, cons
 /* The same of ten-node tetrahedra, which a finer mesh mends. */
 void locking_warn_of_ten(const char *name, const double *errors, int64_t count);
 
-/* The same of hexahedra and solid-shells, whose frequencies may be too low as well. */
+/* The same of hexahedra and wedges, whose frequencies may be too low as well. */
 void locking_warn_of_solids(const char *name, const double *errors, int64_t count);
 
 /* The same of a model, by its metadata. Where they do not know it that is said of ten-node

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "config/message.h"
+#include "core/base/vec3.h"
 #include "mesh/mesh_examine.h"
 #include "mesh/mesh_flags.h"
 
@@ -86,17 +87,7 @@ void mesh_warn_materials(const thrum_mesh *mesh, const char *name, const char *u
 
 void mesh_warn_weight(const thrum_mesh *mesh, const char *name,
                       const thrum_mesh_read_options *reading) {
-  // the longest side
-  double longest = 0;
-  for (int axis = 0; axis < 3; axis++) {
-    double low = INFINITY, high = -INFINITY;
-    for (int64_t v = 0; v < mesh->vertex_count; v++) {
-      low = fmin(low, mesh->vertices[3 * v + axis]);
-      high = fmax(high, mesh->vertices[3 * v + axis]);
-    }
-    longest = fmax(longest, high - low);
-  }
-
+  const double longest = thrum_box3_longest(mesh->vertices, mesh->vertex_count);
   const double strain = thrum_mesh_weight_strain(mesh, longest);
   if (strain > CRUSHED && longest > LONG && reading->scale == 1)
     config_warn("%s: the body is %.3g m long, and a column of this material and length would be "

@@ -13,6 +13,7 @@
 #include "mesh/formats/file_suffix.h"
 #include "mesh/mesh_beam.h"
 #include "mesh/mesh_clean.h"
+#include "mesh/mesh_elements.h"
 #include "mesh/mesh_shells.h"
 #include "mesh/mesh_units.h"
 #include "mesh/midsides.h"
@@ -172,19 +173,13 @@ static thrum_status read_unit(const char *name, const char *text, thrum_mesh_uni
   return thrum_mesh_unit_read(text, unit, error);
 }
 
-static int64_t count_form(const thrum_mesh *mesh, thrum_solid_form form) {
-  int64_t count = 0;
-  for (int64_t s = 0; s < mesh->solid_count; s++)
-    count += mesh->solid_form[s] == form;
-  return count;
-}
-
 /* Wedges of six nodes bend too stiffly, thick ones as linear tetrahedra do and thin ones by how
  * their diagonals lie: they stay where they are asked for alone. */
 static thrum_status choose_wedges(const thrum_mesh_read_options *options, thrum_mesh *mesh,
                                   bool *divided, thrum_error *error) {
-  const long long thin = count_form(mesh, THRUM_FORM_SHELL6);
-  const long long thick = count_form(mesh, THRUM_FORM_WEDGE6);
+  int64_t counts[THRUM_FORMS];
+  thrum_mesh_count_forms(mesh, counts);
+  const long long thin = counts[THRUM_FORM_SHELL6], thick = counts[THRUM_FORM_WEDGE6];
   if (thin + thick == 0 || options->element == THRUM_ELEMENT_FILE)
     return THRUM_OK;
   if (options->element != THRUM_ELEMENT_AUTO) {
@@ -235,20 +230,15 @@ static thrum_status choose_solids(const thrum_mesh_read_options *options, thrum_
 /* Says that hexahedra of a beam were cut, as the reader does of a file's, and for what. */
 static void note_cut(const char *why, thrum_mesh *mesh) {
   if (mesh->solid_count > 0) {
-    thrum_mesh_add_note(mesh, "%lld hexahedra were cut into %lld tetrahedra",
-                        (long long)mesh->solid_count, (long long)mesh->tet_count);
+    mesh->cut_note = thrum_mesh_add_note(mesh, "%lld hexahedra were cut into %lld tetrahedra",
+                                         (long long)mesh->solid_count, (long long)mesh->tet_count);
     mesh->cut_elements = mesh->solid_count;
   }
-
-  // behind the note that says what was cut
-  for (int64_t n = 0; n < mesh->note_count && why; n++) {
-    char *text = mesh->notes[n].text;
-    const size_t length = strlen(text);
-    if (!strstr(text, " cut into "))
-      continue;
-    snprintf(text + length, sizeof mesh->notes->text - length, "; %s tetrahedra alone", why);
+  if (mesh->cut_note == 0 || !why)
     return;
-  }
+  char *text = mesh->notes[mesh->cut_note - 1].text;
+  const size_t length = strlen(text);
+  snprintf(text + length, sizeof mesh->notes->text - length, "; %s tetrahedra alone", why);
 }
 
 thrum_status thrum_mesh_check_kept(const char *name, const thrum_mesh_read_options *options,

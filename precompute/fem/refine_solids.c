@@ -9,6 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "mesh/mesh_shells.h"
 #include "mesh/number_map.h"
 #include "mesh/solids.h"
 #include "platform/allocate.h"
@@ -27,44 +28,6 @@ typedef struct refining {
   thrum_number_map seen; /* vertices by their hash */
 } refining;
 
-static bool is_shell(const thrum_mesh *mesh, int64_t s) {
-  return mesh->solid_form[s] == THRUM_FORM_SHELL8 || mesh->solid_form[s] == THRUM_FORM_SHELL6;
-}
-
-static int64_t edge_key(int32_t a, int32_t b) {
-  return a < b ? (int64_t)a << 32 | b : (int64_t)b << 32 | a;
-}
-
-/* Does no edge lie both along a face of a solid-shell and across the thickness of another one? All
- * elements are solid-shells. */
-static thrum_status edges_fit(const thrum_mesh *mesh, bool *fit, thrum_error *error) {
-  thrum_number_map along = {0};
-  thrum_status status = THRUM_OK;
-  for (int pass = 0; pass < 2; pass++)
-    for (int64_t s = 0; s < mesh->solid_count && status >= 0 && *fit; s++) {
-      const int32_t *node = mesh->solid_nodes + (s > 0 ? mesh->solid_ends[s - 1] : 0);
-      const int sides = thrum_solid_forms[mesh->solid_form[s]].nodes / 2;
-      for (int n = 0; n < (pass == 0 ? 2 * sides : sides) && status >= 0; n++) {
-        const int other = pass == 1 ? n + sides : n - n % sides + (n + 1) % sides;
-        const int64_t key = edge_key(node[n], node[other]);
-        const bool known = thrum_number_map_find(&along, key) >= 0;
-        *fit = *fit && (pass == 0 || !known);
-        if (pass == 0 && !known)
-          status = thrum_number_map_add(&along, key, 0, error);
-      }
-    }
-  thrum_number_map_free(&along);
-  return status;
-}
-
-/* Are all elements solid-shells that can be divided as they are? */
-static thrum_status find_sheet(const thrum_mesh *mesh, bool *sheet, thrum_error *error) {
-  *sheet = true;
-  for (int64_t s = 0; s < mesh->solid_count; s++)
-    *sheet = *sheet && is_shell(mesh, s);
-  return *sheet ? edges_fit(mesh, sheet, error) : THRUM_OK;
-}
-
 static bool is_refinable(const thrum_mesh *mesh, int64_t s) {
   const thrum_solid kind = thrum_solid_forms[mesh->solid_form[s]].kind;
   return kind == THRUM_SOLID_HEXAHEDRON || kind == THRUM_SOLID_WEDGE;
@@ -77,20 +40,10 @@ thrum_status thrum_mesh_refined_size(const thrum_mesh *mesh, thrum_refined_size 
   for (int64_t s = 0; s < mesh->solid_count; s++)
     if (!is_refinable(mesh, s))
       return THRUM_OK;
-  THRUM_TRY(find_sheet(mesh, &sheet, error));
+  THRUM_TRY(thrum_mesh_is_sheet(mesh, &sheet, error));
   const int64_t parts = sheet ? PARTS_MAX / 2 : PARTS_MAX;
   *size = (thrum_refined_size){parts * mesh->solid_count, parts * mesh->vertex_count};
   return THRUM_OK;
-}
-
-/* Natural coordinates of a node. */
-static void node_place(thrum_solid kind, int node, double place[3]) {
-  const thrum_solid_topology *shape = &thrum_solid_shapes[kind];
-  const int *edge = node < shape->corners ? NULL : shape->edge[node - shape->corners];
-  for (int d = 0; d < 3; d++)
-    place[d] =
-        edge ? (thrum_solid_corners[kind][edge[0]][d] + thrum_solid_corners[kind][edge[1]][d]) / 2
-             : thrum_solid_corners[kind][node][d];
 }
 
 /* Where a place of a part is in the whole element. */
@@ -170,15 +123,15 @@ static thrum_status put_part(refining *r, int64_t s, int part, thrum_error *erro
   const thrum_solid kind = thrum_solid_forms[form].kind;
   const int nodes = thrum_solid_forms[form].nodes;
   const int64_t begin = thrum_mesh_solid_nodes(finer);
-  const int32_t *node = mesh->solid_nodes + (s > 0 ? mesh->solid_ends[s - 1] : 0);
+  const int32_t *node = thrum_mesh_solid_at(mesh, s);
   for (int n = 0; n < nodes; n++) {
     double at[3], whole[3];
-    node_place(kind, n, at);
+    thrum_solid_node_place(kind, n, at);
     whole_place(kind, r->sheet, part, at, whole);
     THRUM_TRY(vertex_at(r, form, node, whole, &finer->solid_nodes[begin + n], error));
   }
   put_tets(finer, kind, nodes, finer->solid_nodes + begin,
-           mesh->tet_region[s > 0 ? mesh->solid_tet_ends[s - 1] : 0]);
+           mesh->tet_region[thrum_mesh_solid_tet(mesh, s)]);
   finer->solid_form[finer->solid_count] = mesh->solid_form[s];
   finer->solid_tet_ends[finer->solid_count] = (int32_t)finer->tet_count;
   finer->solid_ends[finer->solid_count++] = (int32_t)(begin + nodes);
@@ -223,7 +176,7 @@ thrum_status thrum_mesh_refine(const thrum_mesh *mesh, const uint8_t *fixed, thr
                                uint8_t **held, thrum_error *error) {
   thrum_mesh made = {0};
   refining r = {.mesh = mesh, .fixed = fixed, .finer = &made};
-  thrum_status status = find_sheet(mesh, &r.sheet, error);
+  thrum_status status = thrum_mesh_is_sheet(mesh, &r.sheet, error);
   THRUM_THEN(status, refine(&r, error));
   thrum_number_map_free(&r.seen);
   if (status >= 0) {

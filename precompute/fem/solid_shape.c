@@ -21,19 +21,19 @@ const double thrum_solid_corners[THRUM_SOLID_KINDS][8][3] = {
                                 {1, 1, 1},
                                 {-1, 1, 1}}};
 
-/* --- hexahedra -------------------------------------------------------------------------------- */
-
-/* The place of node n in natural coordinates; of a middle node one is 0. */
-static void hexahedron_node(int n, double place[3]) {
-  const double(*corner)[3] = thrum_solid_corners[THRUM_SOLID_HEXAHEDRON];
-  if (n < 8) {
-    memcpy(place, corner[n], 3 * sizeof *place);
+void thrum_solid_node_place(thrum_solid kind, int node, double place[3]) {
+  const double(*corner)[3] = thrum_solid_corners[kind];
+  const thrum_solid_topology *shape = &thrum_solid_shapes[kind];
+  if (node < shape->corners) {
+    memcpy(place, corner[node], 3 * sizeof *place);
     return;
   }
-  const int *ends = thrum_solid_shapes[THRUM_SOLID_HEXAHEDRON].edge[n - 8];
+  const int *ends = shape->edge[node - shape->corners];
   for (int d = 0; d < 3; d++)
     place[d] = (corner[ends[0]][d] + corner[ends[1]][d]) / 2;
 }
+
+/* --- hexahedra -------------------------------------------------------------------------------- */
 
 /* A product of one factor for each direction, and its slopes. */
 static void product_of(const double f[3], const double df[3], double *shape, double slopes[3]) {
@@ -46,7 +46,7 @@ static void hexahedron_shape(bool quadratic, const double x[3], double *shape,
                              double (*slopes)[3]) {
   for (int n = 0; n < (quadratic ? 20 : 8); n++) {
     double at[3], f[3], df[3], sum = -2;
-    hexahedron_node(n, at);
+    thrum_solid_node_place(THRUM_SOLID_HEXAHEDRON, n, at);
     for (int d = 0; d < 3; d++) {
       // a middle node is where the direction of its edge has (1 - x^2)
       f[d] = at[d] == 0 ? 1 - x[d] * x[d] : (1 + at[d] * x[d]) / 2;

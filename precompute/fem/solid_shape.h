@@ -22,6 +22,9 @@ typedef struct thrum_solid_table {
 /* Natural coordinates of the corners of elements; no pyramids. */
 extern const double thrum_solid_corners[THRUM_SOLID_KINDS][8][3];
 
+/* The same of a node, of which middle ones lie in the middle of their edge. */
+void thrum_solid_node_place(thrum_solid kind, int node, double place[3]);
+
 /* The table of a form: the points integrate its mass exactly where faces are flat and opposite
  * edges parallel, and the linear part of its strain energy, too. */
 void thrum_solid_table_make(thrum_solid_form form, thrum_solid_table *table);

@@ -165,27 +165,26 @@ static void begin_at(const thrum_model *model, double *levels, int64_t k, double
   row_of(model, levels, THRUM_ACTING_BASE)[k] = known ? base : 0.0;
 }
 
-void thrum_actuation_leave(const thrum_model *model, thrum_state *state) {
+/* Sums the work of all up where a state leaves a place, and begins anew from where it is. */
+static void begin_all(const thrum_model *model, thrum_state *state, bool leaves) {
   if (state->levels_count == 0)
     return;
   const thrum_state_view view = thrum_state_view_of(state);
   double base = 0.0;
   for (int64_t k = 0; k < model->actuator_count; k++) {
     const double m = thrum_acting_measure(view.kernel, model, k, view.q, NULL, &base);
-    sum_up(model, view.levels, k, m, base);
+    if (leaves)
+      sum_up(model, view.levels, k, m, base);
     begin_at(model, view.levels, k, m, base);
   }
 }
 
+void thrum_actuation_leave(const thrum_model *model, thrum_state *state) {
+  begin_all(model, state, true);
+}
+
 void thrum_actuation_arrive(const thrum_model *model, thrum_state *state) {
-  if (state->levels_count == 0)
-    return;
-  const thrum_state_view view = thrum_state_view_of(state);
-  double base = 0.0;
-  for (int64_t k = 0; k < model->actuator_count; k++) {
-    const double m = thrum_acting_measure(view.kernel, model, k, view.q, NULL, &base);
-    begin_at(model, view.levels, k, m, base);
-  }
+  begin_all(model, state, false);
 }
 
 /* --- a change of levels ----------------------------------------------------------------------- */

@@ -7,6 +7,7 @@
 
 #include <cmocka.h>
 
+#include "tests/support/program_object.h"
 #include "tests/support/simulate_support.h"
 #include "tests/support/test_folder.h"
 
@@ -27,19 +28,9 @@ static int make_model(void **state) {
   return code;
 }
 
-static cJSON *object_of(program_result run, int code) {
-  if (run.exit_code != code)
-    print_error("exit code %d: %s", run.exit_code, run.err);
-  assert_int_equal(run.exit_code, code);
-  cJSON *object = json_line(run.out);
-  assert_non_null(object);
-  program_result_free(&run);
-  return object;
-}
-
 static void info_lists_what_acts(void **state) {
   (void)state;
-  cJSON *object = object_of(thrum_run(folder, "info", "arm.npz", "--json", NULL), 0);
+  cJSON *object = program_object(thrum_run(folder, "info", "arm.npz", "--json", NULL), 0);
   const cJSON *list = cJSON_GetObjectItemCaseSensitive(object, "actuators");
   assert_int_equal(cJSON_GetArraySize(list), 3);
   for (int n = 0; n < 3; n++)
@@ -55,10 +46,10 @@ static void info_lists_what_acts(void **state) {
 
 static void a_run_has_the_work_of_its_actuators(void **state) {
   (void)state;
-  cJSON *object = object_of(thrum_run(folder, "simulate", "arm.npz", "-o", "run", "--time", "0.6",
-                                      "--actuate", "wire=ramp:20,until=0.3", "--actuate",
-                                      "lean=sine:0.02,f=3", "--json", "-q", NULL),
-                            0);
+  cJSON *object = program_object(thrum_run(folder, "simulate", "arm.npz", "-o", "run", "--time",
+                                           "0.6", "--actuate", "wire=ramp:20,until=0.3",
+                                           "--actuate", "lean=sine:0.02,f=3", "--json", "-q", NULL),
+                                 0);
   const cJSON *work = cJSON_GetObjectItemCaseSensitive(object, "work");
   const double done = json_value(work, "actuators_j");
   assert_true(done > 0);
@@ -79,9 +70,9 @@ static void the_mesh_comes_to_rest_where_the_model_does(void **state) {
   double height[2];
   for (int full = 0; full < 2; full++) {
     cJSON *object =
-        object_of(thrum_run(folder, "static", "arm.npz", "--actuate", "lean=constant:-0.01", "--at",
-                            "tip", "--json", full ? "--full" : NULL, NULL),
-                  0);
+        program_object(thrum_run(folder, "static", "arm.npz", "--actuate", "lean=constant:-0.01",
+                                 "--at", "tip", "--json", full ? "--full" : NULL, NULL),
+                       0);
     height[full] = height_of(object);
     cJSON_Delete(object);
   }
@@ -140,10 +131,10 @@ static void a_gas_is_never_left_out(void **state) {
   double heights[2];
   for (int n = 0; n < 2; n++) {
     cJSON *object =
-        object_of(thrum_run(folder, "static", "gas.npz", "--load", "constant:0,0,-200@near:1,1,1",
-                            "--accept-error", "100%", "--json", "-q", n ? "--actuate" : NULL,
-                            "lid=constant:0", NULL),
-                  0);
+        program_object(thrum_run(folder, "static", "gas.npz", "--load",
+                                 "constant:0,0,-200@near:1,1,1", "--accept-error", "100%", "--json",
+                                 "-q", n ? "--actuate" : NULL, "lid=constant:0", NULL),
+                       0);
     heights[n] = height_of(object);
     cJSON_Delete(object);
   }

@@ -10,6 +10,7 @@
 #include <cmocka.h>
 #include <math.h>
 
+#include "tests/support/program_object.h"
 #include "tests/support/random_model.h"
 #include "tests/support/simulate_support.h"
 #include "tests/support/test_folder.h"
@@ -66,15 +67,6 @@ static int make_models(void **state) {
   return 0;
 }
 
-static cJSON *object_of(program_result run, int code) {
-  if (run.exit_code != code)
-    fail_msg("exit code %d: %s%s", run.exit_code, run.out, run.err);
-  cJSON *object = json_line(run.out);
-  assert_non_null(object);
-  program_result_free(&run);
-  return object;
-}
-
 static const cJSON *parameter(const cJSON *object, int place, const char *name) {
   const cJSON *list = cJSON_GetObjectItemCaseSensitive(object, "parameters");
   const cJSON *item = cJSON_GetArrayItem(list, place);
@@ -95,9 +87,9 @@ static void assert_found(const cJSON *object, int place, const char *name, doubl
 static void a_noisy_ringdown_gives_modulus_and_damping(void **state) {
   (void)state;
   cJSON *object =
-      object_of(thrum_run(folder, "identify", "beam.npz", "ring.csv", "--start", "mode:1,0.1",
-                          "--parameters", "E,alpha,beta,start", "-o", "fit", "--json", NULL),
-                0);
+      program_object(thrum_run(folder, "identify", "beam.npz", "ring.csv", "--start", "mode:1,0.1",
+                               "--parameters", "E,alpha,beta,start", "-o", "fit", "--json", NULL),
+                     0);
   assert_found(object, 0, "E", 1.2e6, 0.005);
   assert_found(object, 1, "alpha", 0.4, 0.05);
   assert_found(object, 2, "beta", 4e-4, 0.5);
@@ -114,10 +106,10 @@ static void a_noisy_ringdown_gives_modulus_and_damping(void **state) {
 /* Half of the damping is missing: what is left swings, and no interval of noise holds the truth. */
 static void what_a_model_misses_is_flagged_and_said(void **state) {
   (void)state;
-  cJSON *object = object_of(thrum_run(folder, "identify", "beam.npz", "ring.csv", "--start",
-                                      "mode:1,0.1", "--damping", "0.2,0.0004", "--parameters",
-                                      "E,start", "--start-modes", "2", "--json", "-q", NULL),
-                            3);
+  cJSON *object = program_object(thrum_run(folder, "identify", "beam.npz", "ring.csv", "--start",
+                                           "mode:1,0.1", "--damping", "0.2,0.0004", "--parameters",
+                                           "E,start", "--start-modes", "2", "--json", "-q", NULL),
+                                 3);
   assert_string_equal(cJSON_GetObjectItemCaseSensitive(object, "status")->valuestring, "misfit");
   assert_true(json_value(object, "repeated_share") > 0.5);
   const cJSON *item = parameter(object, 0, "E");
@@ -183,10 +175,10 @@ static void what_does_not_show_takes_nothing_from_the_rest(void **state) {
                  NULL));
   keep_column(4, "z.csv");
   cJSON *object =
-      object_of(thrum_run(folder, "identify", "even.npz", "z.csv", "--start", "mode:1,0.08",
-                          "--parameters", "E,damping-ratio,start", "--ratios", "3", "--start-modes",
-                          "2", "--dt", "0.002", "--json", NULL),
-                3);
+      program_object(thrum_run(folder, "identify", "even.npz", "z.csv", "--start", "mode:1,0.08",
+                               "--parameters", "E,damping-ratio,start", "--ratios", "3",
+                               "--start-modes", "2", "--dt", "0.002", "--json", NULL),
+                     3);
   const struct {
     int place;
     const char *name;
@@ -213,9 +205,9 @@ static void a_fit_that_explains_nothing_is_flagged(void **state) {
   for (int row = 0; row < 60; row++)
     fprintf(to, "%g,%g\n", 0.01 * row, 0.01 * random_uniform(&random));
   assert_int_equal(fclose(to), 0);
-  cJSON *object = object_of(thrum_run(folder, "identify", "beam.npz", "noise.csv", "--start",
-                                      "mode:1,0.1", "--json", NULL),
-                            3);
+  cJSON *object = program_object(thrum_run(folder, "identify", "beam.npz", "noise.csv", "--start",
+                                           "mode:1,0.1", "--json", NULL),
+                                 3);
   assert_true(
       cJSON_IsNull(cJSON_GetObjectItemCaseSensitive(parameter(object, 0, "E"), "deviation")));
   cJSON_Delete(object);

@@ -12,6 +12,7 @@
 
 #include "io/file.h"
 #include "io/npy_file.h"
+#include "tests/support/program_object.h"
 #include "tests/support/simulate_support.h"
 #include "tests/support/test_folder.h"
 #include "thrum/displacement.h"
@@ -42,15 +43,7 @@ static cJSON *simulate_code(int code, const char *model, const char *const *more
       thrum_run(folder, "simulate", model, "-o", "run", "--json", arguments[0], arguments[1],
                 arguments[2], arguments[3], arguments[4], arguments[5], arguments[6], arguments[7],
                 arguments[8], arguments[9], NULL);
-
-  if (run.exit_code != code)
-    print_error("exit code %d: %s", run.exit_code, run.err);
-  assert_int_equal(run.exit_code, code);
-
-  cJSON *object = json_line(run.out);
-  assert_non_null(object);
-  program_result_free(&run);
-  return object;
+  return program_object(run, code);
 }
 
 #define SIMULATE(model, ...) simulate_code(0, model, (const char *const[11]){__VA_ARGS__})

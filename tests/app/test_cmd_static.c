@@ -12,6 +12,7 @@
 #include "io/npz.h"
 #include "mesh/formats/mesh_read.h"
 #include "mesh/mesh.h"
+#include "tests/support/program_object.h"
 #include "tests/support/sanitized.h"
 #include "tests/support/simulate_support.h"
 #include "tests/support/test_folder.h"
@@ -43,17 +44,6 @@ static int make_models(void **state) {
   return !precompute_beam("8x2x2@1x0.1x0.1", "5", "10");
 }
 
-/* Asserts the exit code of a run; the caller frees the JSON. */
-static cJSON *object_of(program_result run, int code) {
-  if (run.exit_code != code)
-    print_error("exit code %d: %s", run.exit_code, run.err);
-  assert_int_equal(run.exit_code, code);
-  cJSON *object = json_line(run.out);
-  assert_non_null(object);
-  program_result_free(&run);
-  return object;
-}
-
 static const char *text_of(const cJSON *object, const char *key) {
   const cJSON *item = cJSON_GetObjectItemCaseSensitive(object, key);
   assert_true(cJSON_IsString(item));
@@ -62,9 +52,10 @@ static const char *text_of(const cJSON *object, const char *key) {
 
 static void a_place_says_which_vertex_it_takes(void **state) {
   (void)state;
-  cJSON *object = object_of(thrum_run(folder, "static", "beam.npz", "--load",
-                                      "constant:0,0,-20@tip", "--at", "near:0,0,0", "--json", NULL),
-                            0);
+  cJSON *object =
+      program_object(thrum_run(folder, "static", "beam.npz", "--load", "constant:0,0,-20@tip",
+                               "--at", "near:0,0,0", "--json", NULL),
+                     0);
   const cJSON *corner =
       cJSON_GetArrayItem(cJSON_GetObjectItemCaseSensitive(object, "displacements"), 0);
   assert_true(json_value(corner, "vertex") >= 1);
@@ -75,9 +66,9 @@ static void a_place_says_which_vertex_it_takes(void **state) {
 static void the_files_hold_the_equilibrium(void **state) {
   (void)state;
   cJSON *object =
-      object_of(thrum_run(folder, "static", "beam.npz", "--load", "constant:0,0,-20@tip", "-o",
-                          "sag.npy", "--vtu", "sag.vtu", "--path", "sag.csv", "--json", NULL),
-                0);
+      program_object(thrum_run(folder, "static", "beam.npz", "--load", "constant:0,0,-20@tip", "-o",
+                               "sag.npy", "--vtu", "sag.vtu", "--path", "sag.csv", "--json", NULL),
+                     0);
 
   assert_string_equal(text_of(object, "status"), "done");
   assert_true(json_value(object, "residual") < 1e-10);
@@ -133,10 +124,10 @@ static void the_files_hold_the_equilibrium(void **state) {
 /* A body that starts at rest under its load does not move; without the load it swings. */
 static void a_run_starts_from_the_equilibrium(void **state) {
   (void)state;
-  cJSON *object = object_of(thrum_run(folder, "simulate", "beam.npz", "-o", "rest", "--time", "0.3",
-                                      "--load", "constant:0,0,-20@tip", "--start",
-                                      "static:constant:0,0,-20@tip", "--json", NULL),
-                            0);
+  cJSON *object = program_object(thrum_run(folder, "simulate", "beam.npz", "-o", "rest", "--time",
+                                           "0.3", "--load", "constant:0,0,-20@tip", "--start",
+                                           "static:constant:0,0,-20@tip", "--json", NULL),
+                                 0);
 
   const double first = json_value(object, "energy_first_j");
   assert_true(first > 0);
@@ -145,26 +136,27 @@ static void a_run_starts_from_the_equilibrium(void **state) {
   cJSON_Delete(object);
 
   // two loads act together on one equilibrium, and a file is the same start
-  object = object_of(thrum_run(folder, "static", "beam.npz", "--load", "constant:0,0,-20@tip",
+  object =
+      program_object(thrum_run(folder, "static", "beam.npz", "--load", "constant:0,0,-20@tip",
                                "--load", "gravity:0,0,-9.81", "-o", "both.npy", "--json", NULL),
                      0);
   const double both = json_value(object, "energy_j");
   cJSON_Delete(object);
 
   // two starts are one equilibrium under both loads, from which the body swings
-  object = object_of(thrum_run(folder, "simulate", "beam.npz", "-o", "two", "--time", "0.3",
-                               "--start", "static:constant:0,0,-20@tip", "--start",
-                               "static:gravity:0,0,-9.81", "--json", NULL),
-                     0);
+  object = program_object(thrum_run(folder, "simulate", "beam.npz", "-o", "two", "--time", "0.3",
+                                    "--start", "static:constant:0,0,-20@tip", "--start",
+                                    "static:gravity:0,0,-9.81", "--json", NULL),
+                          0);
 
   assert_true(fabs(json_value(object, "energy_first_j") - both) <= 1e-12 * both);
   assert_true(json_value(object, "energy_max_j") <= 1.01 * both);
   cJSON_Delete(object);
 
   // the file of the equilibrium is the same start
-  object = object_of(thrum_run(folder, "simulate", "beam.npz", "-o", "two", "--time", "0.3",
-                               "--start", "static:both.npy", "--json", NULL),
-                     0);
+  object = program_object(thrum_run(folder, "simulate", "beam.npz", "-o", "two", "--time", "0.3",
+                                    "--start", "static:both.npy", "--json", NULL),
+                          0);
   assert_true(fabs(json_value(object, "energy_first_j") - both) <= 1e-12 * both);
   cJSON_Delete(object);
 }
@@ -173,17 +165,19 @@ static void a_mesh_is_taken_whole(void **state) {
   (void)state;
   static const char mesh[] = "beam:8x2x2@1x0.2x0.2";
 
-  cJSON *whole = object_of(thrum_run(folder, "static", mesh, "--fix", "x<0.001", "--young", "1e7",
-                                     "--load", "gravity:0,0,-9.81", "--full", "--json", NULL),
-                           0);
+  cJSON *whole =
+      program_object(thrum_run(folder, "static", mesh, "--fix", "x<0.001", "--young", "1e7",
+                               "--load", "gravity:0,0,-9.81", "--full", "--json", NULL),
+                     0);
   assert_true(json_value(whole, "peak_displacement_m") > 0);
   assert_true(cJSON_IsTrue(cJSON_GetObjectItemCaseSensitive(whole, "stable")));
   cJSON_Delete(whole);
 
   // too small for ten modes
-  whole = object_of(thrum_run(folder, "static", "beam:1x1x1@1x1x1", "--order", "1", "--fix",
-                              "x<0.001", "--load", "gravity:0,0,-9.81", "--full", "--json", NULL),
-                    0);
+  whole =
+      program_object(thrum_run(folder, "static", "beam:1x1x1@1x1x1", "--order", "1", "--fix",
+                               "x<0.001", "--load", "gravity:0,0,-9.81", "--full", "--json", NULL),
+                     0);
   assert_true(json_value(whole, "components") == 12);
   cJSON_Delete(whole);
 
@@ -207,11 +201,12 @@ static void a_mesh_is_taken_whole(void **state) {
 /* The whole mesh gives way a little more than the reduced model, and no less. */
 static void the_full_order_rests_near_the_reduced_model(void **state) {
   (void)state;
-  cJSON *reduced = object_of(
+  cJSON *reduced = program_object(
       thrum_run(folder, "static", "beam.npz", "--load", "gravity:0,0,-9.81", "--json", NULL), 0);
-  cJSON *full = object_of(thrum_run(folder, "static", "beam.npz", "--load", "gravity:0,0,-9.81",
-                                    "--full", "--vtu", "whole.vtu", "--json", NULL),
-                          0);
+  cJSON *full =
+      program_object(thrum_run(folder, "static", "beam.npz", "--load", "gravity:0,0,-9.81",
+                               "--full", "--vtu", "whole.vtu", "--json", NULL),
+                     0);
 
   // the full order has the least total potential energy, which any reduced model can only approach
   const double least = json_value(full, "energy_j") + json_value(full, "load_energy_j");
@@ -244,10 +239,10 @@ static void a_group_is_brought_to_where_it_is_to_go(void **state) {
   static const char *const solvers[] = {"cholesky", "cg"};
   double energy[2];
   for (int n = 0; n < 2; n++) {
-    cJSON *object =
-        object_of(thrum_run(folder, "static", "beam.npz", "--full", "--move", "0.01,0,-0.2@tip",
-                            "--at", "tip", "--linear-solver", solvers[n], "--json", NULL),
-                  0);
+    cJSON *object = program_object(thrum_run(folder, "static", "beam.npz", "--full", "--move",
+                                             "0.01,0,-0.2@tip", "--at", "tip", "--linear-solver",
+                                             solvers[n], "--json", NULL),
+                                   0);
 
     const cJSON *shown =
         cJSON_GetArrayItem(cJSON_GetObjectItemCaseSensitive(object, "displacements"), 0);
@@ -281,12 +276,13 @@ static void an_answer_goes_on_from_another(void **state) {
     program_result_free(&half);
 
     const char *form = n == 0 ? "--json" : "--full";
-    cJSON *on = object_of(thrum_run(folder, "static", "beam.npz", "--load", "constant:0,0,-60@tip",
-                                    "--from", "half.npy", "--json", form, NULL),
-                          0);
-    cJSON *whole = object_of(thrum_run(folder, "static", "beam.npz", "--load",
-                                       "constant:0,0,-60@tip", "--json", form, NULL),
-                             0);
+    cJSON *on =
+        program_object(thrum_run(folder, "static", "beam.npz", "--load", "constant:0,0,-60@tip",
+                                 "--from", "half.npy", "--json", form, NULL),
+                       0);
+    cJSON *whole = program_object(thrum_run(folder, "static", "beam.npz", "--load",
+                                            "constant:0,0,-60@tip", "--json", form, NULL),
+                                  0);
     const double energy = json_value(whole, "energy_j");
     assert_true(energy > 0 && fabs(json_value(on, "energy_j") / energy - 1) < 1e-8);
     cJSON_Delete(on);
@@ -429,9 +425,9 @@ static void a_path_stays_on_its_branch(void **state) {
   assert_int_equal(made.exit_code, 0);
   program_result_free(&made);
   cJSON *object =
-      object_of(thrum_run(folder, "static", "strip.npz", "--full", "--rotate", "0,-90,0@right",
-                          "--move=-0.36338,0,0.63662@right", "--json", NULL),
-                0);
+      program_object(thrum_run(folder, "static", "strip.npz", "--full", "--rotate", "0,-90,0@right",
+                               "--move=-0.36338,0,0.63662@right", "--json", NULL),
+                     0);
   const double arc = 1e6 * pow(0.02, 4) / 12 * pow(1.5707963267948966, 2) / 2;
   assert_true(fabs(json_value(object, "energy_j") / arc - 1) < 0.01);
   assert_true(cJSON_IsNull(cJSON_GetObjectItemCaseSensitive(object, "lower_energy_j")));
@@ -453,10 +449,10 @@ static double item(const cJSON *object, const char *key, int n) {
 static void reactions_balance_the_load(void **state) {
   (void)state;
   cJSON *object =
-      object_of(thrum_run(folder, "static", "beam.npz", "--full", "--load", "constant:3,0,-20@tip",
-                          "--load", "gravity:0,1,-9.81", "--follow", "0,0,-2@right", "--reactions",
-                          "held.csv", "--json", NULL),
-                0);
+      program_object(thrum_run(folder, "static", "beam.npz", "--full", "--load",
+                               "constant:3,0,-20@tip", "--load", "gravity:0,1,-9.81", "--follow",
+                               "0,0,-2@right", "--reactions", "held.csv", "--json", NULL),
+                     0);
   const cJSON *found = cJSON_GetObjectItemCaseSensitive(object, "reactions");
   for (int axis = 0; axis < 3; axis++) {
     assert_true(fabs(item(found, "force_n", axis) + item(found, "load_force_n", axis)) <=
@@ -489,7 +485,7 @@ static void reactions_balance_the_load(void **state) {
 /* A moved group is held by a force as well, against which the clamp holds. */
 static void what_is_moved_has_a_reaction(void **state) {
   (void)state;
-  cJSON *object = object_of(
+  cJSON *object = program_object(
       thrum_run(folder, "static", "beam.npz", "--full", "--move", "0,0,-0.05@tip", "--json", NULL),
       0);
   const cJSON *groups = list_of(cJSON_GetObjectItemCaseSensitive(object, "reactions"), "groups");
@@ -512,9 +508,10 @@ static void the_share_that_is_left_of_gravity_is_that_of_the_weight(void **state
                 "--modes", "2", "--rank", "4", "-o", "ten.npz", "-q", NULL);
   assert_int_equal(run.exit_code, 0);
   program_result_free(&run);
-  cJSON *object = object_of(thrum_run(folder, "static", "ten.npz", "--load", "gravity:0,0,-0.1",
-                                      "--accept-error", "99%", "--json", NULL),
-                            0);
+  cJSON *object =
+      program_object(thrum_run(folder, "static", "ten.npz", "--load", "gravity:0,0,-0.1",
+                               "--accept-error", "99%", "--json", NULL),
+                     0);
   const cJSON *found = cJSON_GetObjectItemCaseSensitive(object, "reactions");
   double left = 0, weight = 0;
   for (int axis = 0; axis < 3; axis++) {
@@ -529,7 +526,7 @@ static void the_share_that_is_left_of_gravity_is_that_of_the_weight(void **state
 /* A model balances the load as far as its basis goes, and says how far that is. */
 static void a_model_says_what_its_reactions_lack(void **state) {
   (void)state;
-  cJSON *object = object_of(
+  cJSON *object = program_object(
       thrum_run(folder, "static", "beam.npz", "--load", "constant:0,0,-20@tip", "--json", NULL), 0);
   const cJSON *found = cJSON_GetObjectItemCaseSensitive(object, "reactions");
   const double share = json_value(found, "imbalance_share");
@@ -590,7 +587,7 @@ static void a_weight_that_bends_nothing_says_nothing_of_the_basis(void **state) 
       thrum_run(folder, "precompute", "beam:8x2x2@1x0.1x0.1", "-o", "free.npz", "-q", NULL);
   assert_int_equal(run.exit_code, 0);
   program_result_free(&run);
-  cJSON *object = object_of(
+  cJSON *object = program_object(
       thrum_run(folder, "static", "free.npz", "--load", "gravity:3,-4,-9.81", "--json", NULL), 0);
   assert_true(json_value(cJSON_GetObjectItem(object, "error_estimate"), "share") == 0);
   cJSON_Delete(object);
@@ -601,11 +598,11 @@ static void the_stress_is_said_with_its_place(void **state) {
   (void)state;
   for (int order = 1; order <= 2; order++) {
     cJSON *object =
-        object_of(thrum_run(folder, "static", "beam:4x2x2@1x0.1x0.1", "--order",
-                            order == 1 ? "1" : "2", "--full", "--fix", "x<1e-9", "--young", "1e9",
-                            "--poisson", "0", "--density", "1000", "--load",
-                            "traction:1e4,0,0@right", "--vtu", "pulled.vtu", "--json", NULL),
-                  0);
+        program_object(thrum_run(folder, "static", "beam:4x2x2@1x0.1x0.1", "--order",
+                                 order == 1 ? "1" : "2", "--full", "--fix", "x<1e-9", "--young",
+                                 "1e9", "--poisson", "0", "--density", "1000", "--load",
+                                 "traction:1e4,0,0@right", "--vtu", "pulled.vtu", "--json", NULL),
+                       0);
     const cJSON *stress = cJSON_GetObjectItemCaseSensitive(object, "stress");
     assert_string_equal(text_of(stress, "kind"), order == 1 ? "patch average" : "nodes");
     assert_true(fabs(json_value(stress, "peak_von_mises_pa") / 1e4 - 1) < 1e-3);
@@ -622,11 +619,11 @@ static void the_stress_is_said_with_its_place(void **state) {
  * elements, and a frame has the elements as they are. */
 static void solid_shells_bear_the_stress_of_bending(void **state) {
   (void)state;
-  cJSON *object =
-      object_of(thrum_run(folder, "static", "beam:20x1x1@1x0.1x0.01,hex", "--full", "--fix", "left",
-                          "--young", "7e10", "--poisson", "0", "--density", "2700", "--load",
-                          "constant:0,0,-1@right", "--vtu", "bent.vtu", "--json", NULL),
-                0);
+  cJSON *object = program_object(thrum_run(folder, "static", "beam:20x1x1@1x0.1x0.01,hex", "--full",
+                                           "--fix", "left", "--young", "7e10", "--poisson", "0",
+                                           "--density", "2700", "--load", "constant:0,0,-1@right",
+                                           "--vtu", "bent.vtu", "--json", NULL),
+                                 0);
   const cJSON *stress = cJSON_GetObjectItemCaseSensitive(object, "stress");
   assert_string_equal(text_of(stress, "kind"), "nodes");
   assert_true(fabs(json_value(stress, "peak_von_mises_pa") / (6 * 0.975 / (0.1 * 1e-4)) - 1) <
@@ -640,9 +637,9 @@ static void solid_shells_bear_the_stress_of_bending(void **state) {
 /* A shape with elements inside out is no answer, of the mesh or of a model. */
 static void a_body_inside_out_is_flagged(void **state) {
   (void)state;
-  cJSON *object = object_of(thrum_run(folder, "static", "block.npz", "--full", "--move",
-                                      "-1.2,0,0@right", "--json", NULL),
-                            3);
+  cJSON *object = program_object(thrum_run(folder, "static", "block.npz", "--full", "--move",
+                                           "-1.2,0,0@right", "--json", NULL),
+                                 3);
   assert_string_equal(text_of(object, "status"), "inverted");
   assert_true(json_value(object, "inverted_tets") > 0);
   cJSON_Delete(object);
@@ -725,7 +722,7 @@ static void the_default_model_of_an_arch_snaps_through(void **state) {
     char load[64];
     snprintf(load, sizeof load, "constant:0,0,-%g@vertex=%d", loads[n], (int)crown);
     cJSON *object =
-        object_of(thrum_run(folder, "static", "arch.npz", "--load", load, "--json", NULL), 3);
+        program_object(thrum_run(folder, "static", "arch.npz", "--load", load, "--json", NULL), 3);
     assert_string_equal(text_of(object, "instability"), "limit point");
     assert_true(fabs(json_value(object, "critical_factor") * loads[n] / 2.24 - 1) < 0.01);
     cJSON_Delete(object);
@@ -759,10 +756,10 @@ static void the_path_of_the_mesh_shows_the_snap(void **state) {
   char load[64];
   snprintf(load, sizeof load, "constant:0,0,-8@vertex=%d", (int)crown);
   cJSON *object =
-      object_of(thrum_run(folder, "static", "flat.msh", "--full", "--fix", "x<1e-9", "--fix",
-                          "x>0.999999999", "--young", "1e7", "--poisson", "0.3", "--density",
-                          "1000", "--load", load, "--path", "snap.csv", "--json", NULL),
-                3);
+      program_object(thrum_run(folder, "static", "flat.msh", "--full", "--fix", "x<1e-9", "--fix",
+                               "x>0.999999999", "--young", "1e7", "--poisson", "0.3", "--density",
+                               "1000", "--load", load, "--path", "snap.csv", "--json", NULL),
+                     3);
   assert_string_equal(text_of(object, "instability"), "limit point");
   char *csv = text_file_read(in_folder("snap.csv"));
   assert_non_null(csv);
@@ -775,7 +772,8 @@ static void the_path_of_the_mesh_shows_the_snap(void **state) {
   cJSON_Delete(object);
 
   // loads that turn are followed as well, and nothing is known of stability there
-  object = object_of(thrum_run(folder, "static", "beam.npz", "--full", "--follow", "0,0,-1@right",
+  object =
+      program_object(thrum_run(folder, "static", "beam.npz", "--full", "--follow", "0,0,-1@right",
                                "--at", "right", "--path", "turn.csv", "--json", NULL),
                      0);
   cJSON_Delete(object);
@@ -805,7 +803,7 @@ static void a_mesh_bears_out_the_critical_load_of_an_arch(void **state) {
   program_result_free(&run);
   run = thrum_run(folder, "static", "narrow.npz", "--load", load, "--json", NULL);
   assert_null(strstr(run.err, "has the critical load wrong"));
-  cJSON *object = object_of(run, 3);
+  cJSON *object = program_object(run, 3);
 
   // 0.0760 N by static --full
   assert_string_equal(text_of(object, "instability"), "bifurcation");
@@ -826,9 +824,9 @@ static void a_square_column_is_followed_beyond_its_critical_load(void **state) {
   static const char *const factors[] = {"3", "4", "6", "20"};
   for (int n = 0; n < 4; n++) {
     cJSON *object =
-        object_of(thrum_run(folder, "static", "square.npz", "--load", "constant:-1,0,0@tip",
-                            "--factor", factors[n], "--monitor", "off", "--json", NULL),
-                  3);
+        program_object(thrum_run(folder, "static", "square.npz", "--load", "constant:-1,0,0@tip",
+                                 "--factor", factors[n], "--monitor", "off", "--json", NULL),
+                       3);
     assert_string_equal(text_of(object, "status"), "buckled");
 
     // Euler's load, pi^2 E I/(4 L^2)
@@ -870,10 +868,10 @@ static void what_is_not_found_beyond_buckling_is_named(void **state) {
  * are alike, and it was 1e-4 too high. */
 static void the_frequency_at_rest_is_exact(void **state) {
   (void)state;
-  cJSON *object =
-      object_of(thrum_run(folder, "static", "beam:5x5x5@1x1x1", "--order", "1", "--fix", "left",
-                          "--load", "constant:0,0,-1e-3@right", "--full", "--json", NULL),
-                0);
+  cJSON *object = program_object(thrum_run(folder, "static", "beam:5x5x5@1x1x1", "--order", "1",
+                                           "--fix", "left", "--load", "constant:0,0,-1e-3@right",
+                                           "--full", "--json", NULL),
+                                 0);
   const double rest = json_value(object, "frequency_rest_hz");
   assert_true(fabs(json_value(object, "frequency_hz") / rest - 1) < 1e-6);
   cJSON_Delete(object);
@@ -896,9 +894,9 @@ static void buckling_is_flagged_with_its_load(void **state) {
   program_result_free(&run);
 
   // with --stay the answer is on the branch that is no longer stable
-  object = object_of(thrum_run(folder, "static", "column.npz", "--load", "gravity:20,0,0", "--stay",
-                               "--json", NULL),
-                     3);
+  object = program_object(thrum_run(folder, "static", "column.npz", "--load", "gravity:20,0,0",
+                                    "--stay", "--json", NULL),
+                          3);
   assert_string_equal(text_of(object, "status"), "unstable");
   assert_true(cJSON_IsNull(cJSON_GetObjectItemCaseSensitive(object, "frequency_hz")));
   cJSON_Delete(object);

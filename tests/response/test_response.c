@@ -83,6 +83,17 @@ static void duffing_make(duffing *o, double w2, double e, double d, double force
                            .c4 = &o->c4};
 }
 
+/* Its curve under force cos(omega t), damped by d. */
+static thrum_response_def swept(const duffing *o, double from, double to, int32_t harmonics) {
+  thrum_response_def def = thrum_default_response_def();
+  def.from = from;
+  def.to = to;
+  def.harmonics = harmonics;
+  def.damping = &o->d;
+  def.load_cosine = &o->force;
+  return def;
+}
+
 /* The complete elliptic integral K of parameter m, by the arithmetic-geometric mean. */
 static double elliptic(double m) {
   double a = 1, b = sqrt(1 - m);
@@ -161,13 +172,7 @@ static void duffings_forced_curve_and_folds_are_those_of_the_closed_form(void **
     for (int back = 0; back < 2; back++) {
       duffing o;
       duffing_make(&o, 1, sign < 0 ? -0.2 : 0.8, 0.02, sign < 0 ? 0.01 : 0.02);
-      const double load[1] = {o.force};
-      thrum_response_def def = thrum_default_response_def();
-      def.harmonics = 1;
-      def.from = back ? 1.6 : 0.5;
-      def.to = back ? 0.5 : 1.6;
-      def.damping = &o.d;
-      def.load_cosine = load;
+      const thrum_response_def def = swept(&o, back ? 1.6 : 0.5, back ? 0.5 : 1.6, 1);
       curve *c = follow(&o.model, &def);
       assert_int_equal(c->report.end, THRUM_RESPONSE_END_ARRIVED);
       assert_int_equal(c->report.folds, 2);
@@ -192,13 +197,7 @@ static void a_given_start_may_turn_back_and_ends_as_far_behind_it(void **context
   (void)context;
   duffing o;
   duffing_make(&o, 1, 0.8, 0.02, 0.02);
-  const double load[1] = {o.force};
-  thrum_response_def def = thrum_default_response_def();
-  def.harmonics = 1;
-  def.from = 0.5;
-  def.to = 1.6;
-  def.damping = &o.d;
-  def.load_cosine = load;
+  thrum_response_def def = swept(&o, 0.5, 1.6, 1);
   curve *c = follow(&o.model, &def);
   int middle = 0;
   while (middle < c->count && c->points[middle].unstable != 1)
@@ -222,13 +221,7 @@ static void motions_between_the_folds_are_unstable_and_no_others(void **context)
   (void)context;
   duffing o;
   duffing_make(&o, 1, 0.8, 0.02, 0.02);
-  const double load[1] = {o.force};
-  thrum_response_def def = thrum_default_response_def();
-  def.harmonics = 9;
-  def.from = 0.5;
-  def.to = 1.6;
-  def.damping = &o.d;
-  def.load_cosine = load;
+  thrum_response_def def = swept(&o, 0.5, 1.6, 9);
   curve *c = follow(&o.model, &def);
   assert_int_equal(c->report.special, 2);
   assert_int_equal(c->report.folds, 2);
@@ -766,12 +759,7 @@ static void a_symmetric_oscillator_swings_to_one_side_after_its_symmetry_breaks(
   (void)context;
   duffing o;
   duffing_make(&o, 1, 1, 0.1, 4);
-  thrum_response_def def = thrum_default_response_def();
-  def.from = 1;
-  def.to = 0.3;
-  def.harmonics = 9;
-  def.damping = &o.d;
-  def.load_cosine = &o.force;
+  thrum_response_def def = swept(&o, 1, 0.3, 9);
   double means[2];
   for (int side = 0; side < 2; side++) {
     def.branch = side == 0 ? 1 : -1;
@@ -797,13 +785,8 @@ static void an_isola_is_followed_from_a_start_until_it_closes(void **context) {
   (void)context;
   duffing o;
   duffing_make(&o, 1, 0.1, 0.04, 8);
-  thrum_response_def def = thrum_default_response_def();
-  def.from = 1.15;
-  def.to = 6;
-  def.harmonics = 9;
+  thrum_response_def def = swept(&o, 1.15, 6, 9);
   def.periods = 3;
-  def.damping = &o.d;
-  def.load_cosine = &o.force;
   size_t size = 0;
   assert_int_equal(thrum_response_size(&o.model, &def, &size, NULL), THRUM_OK);
   void *memory = aligned_alloc(64, size);

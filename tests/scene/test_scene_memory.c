@@ -4,40 +4,23 @@
 #include "tests/support/precompute_support.h"
 
 #include "tests/support/failing_allocator.h"
-#include "tests/support/outer_triangles.h"
 #include "tests/support/scene_call.h"
+#include "tests/support/two_bars.h"
 
-/* Two models of one beam, free and held, and the surface of both. */
-typedef struct fixture {
-  body meshes[2];
-  thrum_precomputed free_bar, held_bar;
-  int32_t *triangles;
-  int64_t triangle_count;
-} fixture;
+typedef two_bars fixture;
 
 static int setup(void **context) {
   fixture *f = calloc(1, sizeof *f);
   if (f == NULL)
     return -1;
-  for (int n = 0; n < 2; n++) {
-    f->meshes[n] = body_make("beam:2x1x1@0.4x0.1x0.1,split=6", n == 0 ? NULL : "x<0.001");
-    f->meshes[n].mesh.materials[0] = (thrum_material){1e6, 0.3, 1000};
-  }
-  f->free_bar = body_precompute(&f->meshes[0], 3, 6);
-  f->held_bar = body_precompute(&f->meshes[1], 3, 6);
-  f->triangles = outer_triangles(&f->meshes[0].mesh, &f->triangle_count);
+  two_bars_make(f, "beam:2x1x1@0.4x0.1x0.1,split=6", 1e6);
   *context = f;
   return 0;
 }
 
 static int teardown(void **context) {
-  fixture *f = *context;
-  thrum_precomputed_free(&f->free_bar);
-  thrum_precomputed_free(&f->held_bar);
-  for (int n = 0; n < 2; n++)
-    body_free(&f->meshes[n]);
-  free(f->triangles);
-  free(f);
+  two_bars_free(*context);
+  free(*context);
   return 0;
 }
 

@@ -4,54 +4,43 @@
 #include "tests/support/precompute_support.h"
 
 #include "core/base/vec3.h"
-#include "tests/support/outer_triangles.h"
 #include "tests/support/scene_call.h"
+#include "tests/support/two_bars.h"
 
-enum { MODES = 3, RANK = 6, BODIES = 4 };
+enum { RANK = BAR_RANK, BODIES = 4 };
 
-/* Two models of one beam, free and held, a third of the free one in other axes, and their surface.
- */
+/* Two bars, and the free one in other axes. */
 typedef struct fixture {
-  body meshes[3];
-  thrum_precomputed free_bar, held_bar, turned_bar;
-  int32_t *triangles;
-  int64_t triangle_count;
+  two_bars bars;
+  body turned;
+  thrum_precomputed turned_bar;
 } fixture;
 
 static int setup(void **context) {
   fixture *f = calloc(1, sizeof *f);
   if (f == NULL)
     return -1;
-  for (int n = 0; n < 2; n++) {
-    f->meshes[n] = body_make("beam:3x1x1@0.4x0.1x0.07,split=6", n == 0 ? NULL : "x<0.001");
-    f->meshes[n].mesh.materials[0] = (thrum_material){3e5, 0.3, 1000};
-  }
-  f->free_bar = body_precompute(&f->meshes[0], MODES, RANK);
-  f->held_bar = body_precompute(&f->meshes[1], MODES, RANK);
+  two_bars_make(&f->bars, "beam:3x1x1@0.4x0.1x0.07,split=6", 3e5);
 
   // x, y and z of the third are y, z and x of the first, tilted about its first axis
-  f->meshes[2] = body_make("beam:3x1x1@0.4x0.1x0.07,split=6", NULL);
-  f->meshes[2].mesh.materials[0] = f->meshes[0].mesh.materials[0];
-  for (int64_t v = 0; v < f->meshes[2].mesh.vertex_count; v++) {
-    double *x = f->meshes[2].mesh.vertices + 3 * v, old[3] = {x[0], x[1], x[2]};
+  f->turned = body_make("beam:3x1x1@0.4x0.1x0.07,split=6", NULL);
+  f->turned.mesh.materials[0] = f->bars.meshes[0].mesh.materials[0];
+  for (int64_t v = 0; v < f->turned.mesh.vertex_count; v++) {
+    double *x = f->turned.mesh.vertices + 3 * v, old[3] = {x[0], x[1], x[2]};
     x[0] = old[1];
     x[1] = 0.6 * old[2] - 0.8 * old[0];
     x[2] = 0.8 * old[2] + 0.6 * old[0];
   }
-  f->turned_bar = body_precompute(&f->meshes[2], MODES, RANK);
-  f->triangles = outer_triangles(&f->meshes[0].mesh, &f->triangle_count);
+  f->turned_bar = body_precompute(&f->turned, BAR_MODES, BAR_RANK);
   *context = f;
   return 0;
 }
 
 static int teardown(void **context) {
   fixture *f = *context;
-  thrum_precomputed_free(&f->free_bar);
-  thrum_precomputed_free(&f->held_bar);
+  two_bars_free(&f->bars);
   thrum_precomputed_free(&f->turned_bar);
-  for (int n = 0; n < 3; n++)
-    body_free(&f->meshes[n]);
-  free(f->triangles);
+  body_free(&f->turned);
   free(f);
   return 0;
 }
@@ -102,12 +91,12 @@ static void add_bodies(const fixture *f, const world *w, thrum_scene *scene) {
       {1, 0.2, 0, 0}, {0.8, 0, 0.4, 0.1}, {1, 0, 0, 0.3}, {1, 0.1, -0.2, 0}};
   for (int n = 0; n < BODIES; n++) {
     thrum_scene_body_def def = thrum_default_scene_body_def();
-    def.model = n == 2 ? &f->held_bar.model : &f->free_bar.model;
+    def.model = n == 2 ? &f->bars.held_bar.model : &f->bars.free_bar.model;
     move(w, 0.1 * n, 0.3 * n, 0.1, def.position);
     turn_rotation(w, rotations[n], def.rotation);
-    def.triangles = f->triangles;
-    def.triangle_count = f->triangle_count;
-    def.touch = f->triangles;
+    def.triangles = f->bars.triangles;
+    def.triangle_count = f->bars.triangle_count;
+    def.touch = f->bars.triangles;
     def.touch_count = 6;
     def.scale = n == 1 ? 1.5 : 1;
     def.free = n != 2;
@@ -155,7 +144,7 @@ static void add_obstacles(const world *w, thrum_scene *scene) {
 
 static void add_loads(const fixture *f, const world *w, thrum_scene *scene) {
   const int32_t corners[2] = {1, 5};
-  const int64_t count = f->free_bar.model.vertex_count;
+  const int64_t count = f->bars.free_bar.model.vertex_count;
   double *field = need(3 * (size_t)count, sizeof *field);
   for (int64_t v = 0; v < count; v++)
     turn(w, 0.01 * (double)v, -0.02, 0.005 * (double)(v % 3), field + 3 * v);
@@ -250,7 +239,7 @@ static void assert_same_bodies(const fixture *f, const world *w, thrum_scene *a,
     MUST(thrum_scene_body_get(b, n, q[1], p[1], &failure));
     assert_near(q[1], q[0], RANK, far);
     assert_near(p[1], p[0], RANK, far);
-    for (int64_t vertex = 0; vertex < f->free_bar.model.vertex_count; vertex += 3) {
+    for (int64_t vertex = 0; vertex < f->bars.free_bar.model.vertex_count; vertex += 3) {
       MUST(thrum_scene_body_vertex(a, n, vertex, x[0], v[0], &failure));
       MUST(thrum_scene_body_vertex(b, n, vertex, x[1], v[1], &failure));
       assert_moved(w, x[0], x[1], "a vertex");
@@ -339,11 +328,11 @@ static thrum_scene *throw(const fixture *f, const world *w, double stiffness, bo
   MUST(thrum_scene_set_collisions(scene, &pairs, &failure));
   for (int n = 0; n < 3; n++) {
     thrum_scene_body_def def = thrum_default_scene_body_def();
-    def.model = &f->free_bar.model;
+    def.model = &f->bars.free_bar.model;
     def.free = 1;
     def.stiffness = stiffness;
-    def.triangles = f->triangles;
-    def.triangle_count = f->triangle_count;
+    def.triangles = f->bars.triangles;
+    def.triangle_count = f->bars.triangle_count;
     move(w, places[n][0], places[n][1], places[n][2], def.position);
     turn_rotation(w, rotations[n], def.rotation);
 
@@ -391,7 +380,7 @@ static void bodies_meet_alike_in_a_turned_world(void **context) {
         for (int32_t number = 0; number < 3; number++) {
           double x[2][3], v[2][3];
           far = 1e-8;
-          for (int64_t vertex = 0; vertex < f->free_bar.model.vertex_count; vertex++) {
+          for (int64_t vertex = 0; vertex < f->bars.free_bar.model.vertex_count; vertex++) {
             MUST(thrum_scene_body_vertex(a, number, vertex, x[0], v[0], &failure));
             MUST(thrum_scene_body_vertex(b, number, vertex, x[1], v[1], &failure));
             assert_moved(&turned, x[0], x[1], "a vertex");
@@ -420,7 +409,7 @@ static void bodies_meet_alike_in_meshes_of_other_axes(void **context) {
     }
     far = 1e-6; // of solves that end by a tolerance
     for (int32_t number = 0; number < 3; number++)
-      for (int64_t vertex = 0; vertex < f->free_bar.model.vertex_count; vertex++) {
+      for (int64_t vertex = 0; vertex < f->bars.free_bar.model.vertex_count; vertex++) {
         double x[2][3], v[2][3];
         MUST(thrum_scene_body_vertex(a, number, vertex, x[0], v[0], &failure));
         MUST(thrum_scene_body_vertex(b, number, vertex, x[1], v[1], &failure));
