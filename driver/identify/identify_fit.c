@@ -19,6 +19,7 @@
 
 #include "config/message.h"
 #include "config/progress.h"
+#include "core/base/lame.h"
 #include "core/base/pi.h"
 #include "driver/model/model_meta.h"
 #include "platform/allocate.h"
@@ -371,8 +372,9 @@ static void into_body(const region_body *body, const double *from, double *to) {
 static void put_values_of(const identify_fit *f, trial *t) {
   for (int64_t g = 0; g < f->shares.count; g++) {
     const double *m = t->material + 3 * g;
-    t->values[3 * g] = m[0] * m[1] / ((1 + m[1]) * (1 - 2 * m[1]));
-    t->values[3 * g + 1] = m[0] / (2 * (1 + m[1]));
+    const thrum_lame lame = thrum_lame_of(m[0], m[1]);
+    t->values[3 * g] = lame.lambda;
+    t->values[3 * g + 1] = lame.mu;
     t->values[3 * g + 2] = m[2];
   }
 }
@@ -476,16 +478,15 @@ static double residual_of(identify_fit *f, const trial *t, int64_t rows, double 
  * with them: a ratio goes with the frequency. */
 static void put_material_direction(const identify_fit *f, const trial *t,
                                    const identify_parameter *p, double by, thrum_tape_gradient *d) {
-  const double *m = t->material + 3 * p->index, wider = 1 + m[1], narrower = 1 - 2 * m[1];
+  const double *m = t->material + 3 * p->index;
   const int64_t r = t->body.model.rank;
-  if (p->kind == IDENTIFY_YOUNG) {
-    d->part[0] = by * m[1] / (wider * narrower);
-    d->part[1] = by / (2 * wider);
-  } else if (p->kind == IDENTIFY_POISSON) {
-    d->part[0] = by * m[0] * (1 + 2 * m[1] * m[1]) / (wider * wider * narrower * narrower);
-    d->part[1] = -by * m[0] / (2 * wider * wider);
-  } else {
+  if (p->kind == IDENTIFY_DENSITY) {
     d->part[0] = by;
+  } else {
+    const thrum_lame change = p->kind == IDENTIFY_YOUNG ? thrum_lame_of(by, m[1])
+                                                        : thrum_lame_by_poisson(by * m[0], m[1]);
+    d->part[0] = change.lambda;
+    d->part[1] = change.mu;
   }
   d->parts = t->body.parts + 3 * p->index + (p->kind == IDENTIFY_DENSITY ? 2 : 0);
   d->part_count = p->kind == IDENTIFY_DENSITY ? 1 : 2;

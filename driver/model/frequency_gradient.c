@@ -17,6 +17,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/base/lame.h"
 #include "platform/allocate.h"
 #include "precompute/fem/lapack_status.h"
 #include "precompute/model/model_fem.h"
@@ -24,6 +25,13 @@
 
 #define NU_STEP 1e-4 /* of the way to the end of the range of nu: differences to about 1e-8 */
 #define SHARED 1e-6  /* of omega^2, within which modes have one frequency */
+
+int64_t frequency_shared_end(const double *omega2, int64_t modes, int64_t first) {
+  int64_t end = first;
+  while (end < modes && omega2[end] - omega2[first] <= SHARED * omega2[first])
+    end++;
+  return end;
+}
 
 typedef struct work {
   const thrum_model *model;
@@ -118,9 +126,7 @@ static thrum_status put_change(work *w, double a, double b, double c, int64_t re
   const double *omega2 = w->model->omega2;
   const int64_t r = w->rank, k = w->modes;
   for (int64_t first = 0, last = 0; first < k; first = last) {
-    // modes that share a frequency
-    while (last < k && omega2[last] - omega2[first] <= SHARED * omega2[first])
-      last++;
+    last = frequency_shared_end(omega2, k, first);
     const int64_t n = last - first;
     for (int64_t i = 0; i < n; i++)
       for (int64_t j = 0; j < n; j++) {
@@ -154,12 +160,9 @@ static thrum_status find_region(work *w, int64_t g, frequency_gradient *found, t
   THRUM_TRY(region_stiffness(w, g, true, w->mu, error));
   THRUM_TRY(region_mass(w, g, error));
   const double nu = w->model->material[3 * g + 1];
-
-  const double wider = 1 + nu, narrower = 1 - 2 * nu;
-  const double l = nu / (wider * narrower), m = 0.5 / wider;
-  const double l_change = (1 + 2 * nu * nu) / (wider * wider * narrower * narrower);
-  THRUM_TRY(put_change(w, l, m, 0, g, found->young, error));
-  THRUM_TRY(put_change(w, l_change, -m / wider, 0, g, found->poisson, error));
+  const thrum_lame by_young = thrum_lame_of(1, nu), by_nu = thrum_lame_by_poisson(1, nu);
+  THRUM_TRY(put_change(w, by_young.lambda, by_young.mu, 0, g, found->young, error));
+  THRUM_TRY(put_change(w, by_nu.lambda, by_nu.mu, 0, g, found->poisson, error));
   return put_change(w, 0, 0, 1, g, found->density, error);
 }
 

@@ -20,4 +20,7 @@ thrum_status frequency_gradient_find(const thrum_model *model, int64_t modes,
                                      frequency_gradient *found, thrum_error *error);
 void frequency_gradient_free(frequency_gradient *found);
 
+/* The end of the modes that share the frequency of mode `first`; omega2 ascend. */
+int64_t frequency_shared_end(const double *omega2, int64_t modes, int64_t first);
+
 #endif

@@ -16,11 +16,10 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "driver/model/frequency_gradient.h"
 #include "platform/allocate.h"
 #include "precompute/fem/fem_tet.h"
 #include "precompute/model/model_fem.h"
-
-#define SHARED 1e-6 /* of omega^2, within which modes have one frequency */
 
 typedef struct work {
   const thrum_fem *fem;
@@ -80,8 +79,7 @@ static void add_point(const work *w, int64_t t, int p) {
 /* Rows of modes that share a frequency become their mean. */
 static void share_rows(const double *omega2, int64_t modes, int64_t count, double *rows) {
   for (int64_t first = 0, last = 0; first < modes; first = last) {
-    while (last < modes && omega2[last] - omega2[first] <= SHARED * omega2[first])
-      last++;
+    last = frequency_shared_end(omega2, modes, first);
     for (int64_t c = 0; c < count && last - first > 1; c++) {
       double sum = 0;
       for (int64_t i = first; i < last; i++)

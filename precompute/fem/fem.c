@@ -11,6 +11,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/base/lame.h"
 #include "core/base/vec3.h"
 #include "platform/allocate.h"
 #include "precompute/fem/quadrature.h"
@@ -221,9 +222,9 @@ static thrum_status fill(const thrum_mesh *mesh, const uint8_t *fixed, int order
   // Lame's constants from Young's modulus and Poisson's ratio
   for (int64_t i = 0; i < mesh->region_count && status >= 0; i++) {
     const thrum_material *material = &mesh->materials[i];
-    const double nu = material->poisson;
-    fem->lambda[i] = material->young * nu / ((1 + nu) * (1 - 2 * nu));
-    fem->mu[i] = material->young / (2 * (1 + nu));
+    const thrum_lame lame = thrum_lame_of(material->young, material->poisson);
+    fem->lambda[i] = lame.lambda;
+    fem->mu[i] = lame.mu;
     fem->density[i] = material->density;
   }
 

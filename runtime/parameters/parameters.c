@@ -22,6 +22,7 @@
 
 #include "core/base/alignment_check.h"
 #include "core/base/finite.h"
+#include "core/base/lame.h"
 #include "runtime/material/jacobi.h"
 #include "runtime/parameters/form.h"
 #include "thrum/polynomial.h"
@@ -60,9 +61,9 @@ thrum_status thrum_model_parameters_get(const thrum_model *model, double *values
   if (!values)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "values is NULL");
   for (int64_t g = 0; g < model->region_count; g++) {
-    const double young = model->material[3 * g], poisson = model->material[3 * g + 1];
-    values[PER_REGION * g] = young * poisson / ((1 + poisson) * (1 - 2 * poisson));
-    values[PER_REGION * g + 1] = young / (2 * (1 + poisson));
+    const thrum_lame lame = thrum_lame_of(model->material[3 * g], model->material[3 * g + 1]);
+    values[PER_REGION * g] = lame.lambda;
+    values[PER_REGION * g + 1] = lame.mu;
     values[PER_REGION * g + 2] = model->material[3 * g + 2];
   }
   return THRUM_OK;

@@ -10,6 +10,7 @@
 #include <string.h>
 
 #include "core/base/alignment_check.h"
+#include "core/base/lame.h"
 #include "core/base/quadratic_tet.h"
 #include "core/base/vec3.h"
 #include "runtime/readout/tet_strain.h"
@@ -132,13 +133,13 @@ static thrum_status fill_tet(const thrum_model *model, const thrum_stress_points
                              int64_t n, thrum_stress_point_tet *data, thrum_error *error) {
   const int64_t tet = def->tets ? def->tets[n] : n;
   const double *material = model->material + 3 * (int64_t)model->tet_region[tet];
-  const double young = material[0], poisson = material[1];
+  const thrum_lame lame = thrum_lame_of(material[0], material[1]);
   if (!thrum_stress_points_shape(model, tet, data->shape))
     return thrum_error_set(error, THRUM_BAD_VALUE,
                            "tetrahedron %lld of the model has no positive volume",
                            (long long)tet + 1);
-  data->lambda = young * poisson / ((1 + poisson) * (1 - 2 * poisson));
-  data->mu = young / (2 * (1 + poisson));
+  data->lambda = lame.lambda;
+  data->mu = lame.mu;
   data->tet = (int32_t)tet;
   data->law = thrum_law_of_region(model, model->tet_region[tet]);
 

@@ -14,6 +14,7 @@
 
 #include "core/base/alignment_check.h"
 #include "core/base/finite.h"
+#include "core/base/lame.h"
 #include "core/base/quadratic_tet.h"
 #include "core/base/vec3.h"
 #include "runtime/material/material_law.h"
@@ -251,12 +252,12 @@ static void gradient_at(const thrum_stress_nodes *nodes, int64_t tet, const doub
 /* Cauchy stress at G in a region; NaN where it is inside out. */
 static void cauchy_at(const thrum_model *model, int64_t region, thrum_law law, double g[3][3],
                       double cauchy[6]) {
-  const double young = model->material[3 * region], poisson = model->material[3 * region + 1];
+  const double *material = model->material + 3 * region;
+  const thrum_lame lame = thrum_lame_of(material[0], material[1]);
   double strain[6], stress[6];
   thrum_tet_green(g, strain);
   const double ratio = thrum_tet_volume_ratio(g);
-  thrum_tet_law_second_piola(law, young * poisson / ((1 + poisson) * (1 - 2 * poisson)),
-                             young / (2 * (1 + poisson)), g, strain, ratio, stress);
+  thrum_tet_law_second_piola(law, lame.lambda, lame.mu, g, strain, ratio, stress);
   for (int c = 0; c < 6; c++)
     cauchy[c] = NAN;
   if (ratio > 0)
