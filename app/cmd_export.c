@@ -429,7 +429,8 @@ static thrum_status export_run(const export_request *request, export_files *file
   return status;
 }
 
-/* What steps elsewhere is the passive body. */
+/* A file that is stepped elsewhere has the body without its actuators, which is said; a gas would
+ * be missing at any level, so it is refused. */
 static thrum_status look_at_actuators(const export_request *request, const thrum_model *model,
                                       thrum_error *error) {
   const bool steps = request->vega_cubic || request->numpy || request->torch || request->jax ||

@@ -130,7 +130,7 @@ static bool scale_points(void *memory, const thrum_model *model, const factors *
                   f->gradient, within(memory, scaled->point_gradients));
 }
 
-/* What an actuator of level 1 has of energy times as much, a factor for each power of q. */
+/* The factor of the energy that an actuator of level 1 has, each power of q aside. */
 static double energy_factor(int32_t kind, const thrum_model_scaling *by) {
   const double volume = by->length * by->length * by->length;
   if (kind == THRUM_ACTUATOR_TENDON)

@@ -342,15 +342,70 @@ static int64_t twin_of(const thrum_model *model, int64_t mode) {
   return -1;
 }
 
+static void warn_of_harmonics(const response_curve *curve) {
+  const int periods = (int)curve->request->periods, harmonics = (int)curve->harmonics;
+
+  // the next number whose last is a multiple of the load's own
+  const int least = 3 * periods, next = (harmonics / periods + 1) * periods;
+  if (!tail_tells(curve))
+    config_warn("--harmonics %d: nothing tells whether these are enough, as the last two have no "
+                "multiple of the load's own behind its second; take %d",
+                harmonics, harmonics < least ? least : next);
+  else if (curve->report.tail > TAIL_WARNED)
+    config_warn(
+        "too few harmonics: the last two of %d have %.2g %% of the kinetic energy; take more "
+        "--harmonics",
+        harmonics, 100 * curve->report.tail);
+}
+
+static void warn_of_stability(const response_curve *curve) {
+  int64_t open = 0;
+  for (int64_t n = 0; n < curve->count; n++)
+    open += curve->rows[n].point.unstable < 0;
+  if (open > 0 && curve->request->stability)
+    config_warn("the stability of %" PRId64 " points depends on the steps: take more "
+                "--stability-steps",
+                open);
+}
+
+/* How the curve ended, where it did not simply arrive. */
+static void warn_of_end(const response_curve *curve) {
+  const double last = hertz(curve->rows[curve->count - 1].point.omega);
+  switch (curve->report.end) {
+  case THRUM_RESPONSE_END_LOST:
+    config_warn("the curve was lost at %.6g Hz: what was found before is kept", last);
+    break;
+  case THRUM_RESPONSE_END_POINTS:
+    config_warn("the curve ends at %.6g Hz after as many --points as were allowed", last);
+    break;
+  case THRUM_RESPONSE_END_STOPPED:
+    config_warn("stopped at %.6g Hz: what was found is kept", last);
+    break;
+  case THRUM_RESPONSE_END_LEFT:
+    if (curve->request->start_from != NULL)
+      config_warn("the curve turned back and ends behind --from, at %.6g Hz", last);
+    else
+      config_warn("the curve turned back and left the range at --from, %.6g Hz", last);
+    break;
+  case THRUM_RESPONSE_END_CLOSED:
+    config_warn("the curve closed on itself at %.6g Hz", last);
+    break;
+  case THRUM_RESPONSE_END_ARRIVED:
+  case THRUM_RESPONSE_END_AMPLITUDE:
+    break;
+  }
+}
+
 void response_report_warn(const response_curve *curve, const response_worth *worth) {
   const response_request *request = curve->request;
-  const double last = hertz(curve->rows[curve->count - 1].point.omega);
   const int64_t mode = request->mode - 1, twin = twin_of(curve->stepped, mode);
   if (twin >= 0)
     config_warn("modes %lld and %lld have one frequency to a thousandth: any mix of them begins at "
                 "rest, and which backbone is followed may differ with rounding; hold the other, or "
                 "take a load",
                 (long long)mode + 1, (long long)twin + 1);
+
+  // what the mesh says of it
   if (worth->left_out)
     config_warn("the mesh takes long, so nobody looked whether it follows these orbits: --check 1 "
                 "does (--no-check is silent)");
@@ -358,39 +413,15 @@ void response_report_warn(const response_curve *curve, const response_worth *wor
     config_warn("the mesh misses an orbit by %.2g %% in a period: take more --modes with all their "
                 "derivatives, or --condense none",
                 100 * worth->largest);
-  if (!tail_tells(curve))
-    config_warn(
-        "--harmonics %d: nothing tells whether these are enough, as the load has one of the "
-        "last two; take %d or more",
-        (int)curve->harmonics, (int)request->periods + 2);
-  else if (curve->report.tail > TAIL_WARNED)
-    config_warn(
-        "too few harmonics: the last two of %d have %.2g %% of the kinetic energy; take more "
-        "--harmonics",
-        (int)curve->harmonics, 100 * curve->report.tail);
-  int64_t open = 0;
-  for (int64_t n = 0; n < curve->count; n++)
-    open += curve->rows[n].point.unstable < 0;
-  if (open > 0 && request->stability)
-    config_warn("the stability of %" PRId64 " points depends on the steps: take more "
-                "--stability-steps",
-                open);
+
+  // what the curve says of itself
+  warn_of_harmonics(curve);
+  warn_of_stability(curve);
   if (branch_points(curve) < request->branch)
     config_warn("--branch %lld: the curve has %lld branch points, and went straight on",
                 (long long)request->branch, (long long)branch_points(curve));
-  if (curve->report.end == THRUM_RESPONSE_END_LOST)
-    config_warn("the curve was lost at %.6g Hz: what was found before is kept", last);
-  if (curve->report.end == THRUM_RESPONSE_END_POINTS)
-    config_warn("the curve ends at %.6g Hz after as many --points as were allowed", last);
-  if (curve->report.end == THRUM_RESPONSE_END_STOPPED)
-    config_warn("stopped at %.6g Hz: what was found is kept", last);
+  warn_of_end(curve);
   if (worth->stopped && curve->report.end != THRUM_RESPONSE_END_STOPPED)
     config_warn("stopped after %d motions of the mesh: whether it follows the others is not known",
                 (int)worth->count);
-  if (curve->report.end == THRUM_RESPONSE_END_LEFT && request->start_from != NULL)
-    config_warn("the curve turned back and ends behind --from, at %.6g Hz", last);
-  else if (curve->report.end == THRUM_RESPONSE_END_LEFT)
-    config_warn("the curve turned back and left the range at --from, %.6g Hz", last);
-  if (curve->report.end == THRUM_RESPONSE_END_CLOSED)
-    config_warn("the curve closed on itself at %.6g Hz", last);
 }

@@ -192,6 +192,7 @@ static void calls_on_a_model_leave_the_whole_mesh_as_it_was(void **state) {
   assert_int_equal(thrum_full_create(&made.model, NULL, &def, &w.full, &why), THRUM_OK);
   assert_int_equal(thrum_full_set_force(w.full, w.forces, &why), THRUM_OK);
 
+  // each allocation of each call fails once; the displacement then is that of before
   double *before = need(all, sizeof *before);
   for (size_t k = 0; k < sizeof calls / sizeof *calls; k++)
     for (int64_t n = 1;; n++) {
