@@ -43,8 +43,12 @@ static double room_here(const solver_choice *c) {
   int beside;
   MPI_Comm_split_type(c->comm, MPI_COMM_TYPE_SHARED, 0, MPI_INFO_NULL, &machine);
   MPI_Comm_size(machine, &beside);
+
+  // one reading serves all of a machine: what is free changes from one reading to the next
+  double room = thrum_memory_available(NULL) / beside;
+  MPI_Bcast(&room, 1, MPI_DOUBLE, 0, machine);
   MPI_Comm_free(&machine);
-  return thrum_memory_available(NULL) / beside;
+  return room;
 }
 
 // the plan of the factor, which MUMPS keeps for the factor itself
@@ -121,17 +125,16 @@ thrum_status solver_choose(const solver_choice *c, thrum_solver_use *use, thrum_
   thrum_solver_use here = {0};
   THRUM_TRY(estimate_here(c, &here, error));
 
-  // `auto` takes the factor where every process has room for it
-  *use = worst_of(c, &here, asked == THRUM_SOLVER_CG ? THRUM_SOLVER_CG : THRUM_SOLVER_FACTOR);
-  if (fits(use))
-    return THRUM_OK;
-  if (asked != THRUM_SOLVER_AUTO)
-    return refuse(c, use, error);
+  // each solver's bytes are those of the process that lacks most for it
+  thrum_solver_use factor = worst_of(c, &here, THRUM_SOLVER_FACTOR);
+  thrum_solver_use gradients = worst_of(c, &here, THRUM_SOLVER_CG);
+  factor.cg_bytes = gradients.cg_bytes;
+  gradients.factor_bytes = factor.factor_bytes;
 
-  // what the factor would have taken is said with the figures of the process that lacks most
-  const double factor_bytes = use->factor_bytes;
-  *use = worst_of(c, &here, THRUM_SOLVER_CG);
-  use->factor_bytes = factor_bytes;
+  // `auto` takes the factor where every process has room for it
+  const bool by_factor =
+      asked == THRUM_SOLVER_FACTOR || (asked == THRUM_SOLVER_AUTO && fits(&factor));
+  *use = by_factor ? factor : gradients;
   return fits(use) ? THRUM_OK : refuse(c, use, error);
 }
 

@@ -26,8 +26,7 @@ struct thrum_fem;
 struct thrum_sparse;
 
 /* The solver that several processes use, and why. Bytes are what it adds in one process, by an
- * estimate; those of the process with the least to spare for the factor. Zeros: one process alone.
- */
+ * estimate; those of the process with the least to spare for it. Zeros: one process alone. */
 typedef struct thrum_solver_use {
   thrum_solver solver;
   double nonzeros; /* of the factor of the whole body; 0: there is none */

@@ -194,8 +194,10 @@ def check_dry_run(programs, folder):
     told, use = json.loads(result.stdout), made["solver"]
     demand(told["processes"] == 2 and told["solver"] == "factor" and told["status"] == "fits", result.stdout)
     demand(told["free_dofs"] == made["free_dofs"], result.stdout)
+
+    # PT-Scotch does not always cut a mesh into the same parts: two runs of this beam differ by up to 5 %
     for name, solver in told["solvers"].items():
-        demand(abs(solver["more_mb"] / use[f"{name}_mb"] - 1) < 1e-9, f"{name}: {solver} beside {use}")
+        demand(abs(solver["more_mb"] / use[f"{name}_mb"] - 1) < 0.1, f"{name}: {solver} beside {use}")
         demand(solver["seconds"] > 0 and solver["memory_mb"] > solver["more_mb"], f"{name}: {solver}")
 
     # with half of the room that the factor of a larger block takes
