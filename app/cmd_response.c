@@ -39,13 +39,15 @@ static int run_request(const response_request *request) {
   const thrum_model *loaded = NULL;
   response_curve curve = {0};
   response_worth worth = {0};
+  named_model_file file = {0};
   thrum_status status =
-      named_model_load(request->model_path, request->quiet, &loaded, NULL, &error);
+      named_model_load(request->model_path, request->quiet, &loaded, &file, &error);
 
   // a stopped curve keeps what was found
   thrum_stop_request_catch();
   THRUM_THEN(status, actuate_specs_no_gas(loaded, "a curve", &error));
   THRUM_THEN(status, response_curve_open(request, loaded, &curve, &error));
+  THRUM_THEN(status, model_hash_make(file.path, loaded, &curve.hash, &error));
   THRUM_THEN(status, response_curve_find(&curve, &error));
   THRUM_THEN(status, response_worth_find(&curve, &worth, &error));
   THRUM_THEN(status, report(&curve, &worth, &error));

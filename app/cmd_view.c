@@ -60,26 +60,33 @@ static const config_option options[] = {
 
 const config_command command_view = {
     .name = "view",
-    .summary = "show models or a scene in the browser, to be pulled at, or play a run",
-    .usage = "[MODEL...|SCENE.json|RUN] [OPTIONS]",
+    .summary = "show models or a scene in the browser, to be pulled at, or play a run or a curve",
+    .usage = "[MODEL...|SCENE.json|RUN|CURVE] [OPTIONS]",
     .about =
         "Shows models, or a scene, in the browser, where bodies move as they are pulled at: writes "
         "one HTML page, which needs nothing else, and opens it. MODEL is a model file, or the name "
         "(beam, basket, bridge, horse, tower, heart) of a model that is precomputed once and "
         "cached, with touch modes, so that it follows pulls anywhere; without any, all six. "
         "SCENE.json is what thrum simulate takes too. RUN is the folder of a finished run, of a "
-        "model or of a scene, which the page plays.",
+        "model or of a scene, which the page plays. CURVE is the folder that thrum response wrote: "
+        "the page has its curve, and the body moves as in the point that is picked.",
     .options = options,
     .examples = "view\n"
                 "view beam.npz --no-open\n"
                 "view horse tower -o models.html\n"
                 "view scene.json\n"
-                "view fallen --fps 0",
+                "view fallen --fps 0\n"
+                "view forced",
 };
 
 /* Is it the folder of a run, of a model or of a scene? */
 static bool is_run(const char *name) {
   return is_run_folder(name) || is_scene_folder(name);
+}
+
+/* Does it have the page for itself, a run or a curve? */
+static bool is_played(const char *name) {
+  return is_run(name) || is_curve_folder(name);
 }
 
 /* Refuses what is no model and no scene, and what would overwrite its own source. */
@@ -95,11 +102,11 @@ static int check_names(const view_request *request) {
     // one scene or one run has the page for itself
     if (request->count > 1 && is_scene_name(name))
       return config_usage("view", "one scene at a time, and no models beside it");
-    if (request->count > 1 && is_run(name))
-      return config_usage("view", "one run at a time, and no models beside it");
+    if (request->count > 1 && is_played(name))
+      return config_usage("view", "one run or curve at a time, and no models beside it");
 
     thrum_error error = {0};
-    if (recorded_folder_check(name, "", &error) < 0)
+    if (!is_curve_folder(name) && recorded_folder_check(name, "", &error) < 0)
       return config_refuse(&error);
 
     // these become something that can be shown by another command
@@ -112,7 +119,7 @@ static int check_names(const view_request *request) {
   // a surface belongs to one model; in a scene each body names its own
   if (request->surface != NULL && (request->count != 1 || is_scene_name(request->names[0]) ||
                                    is_scene_folder(request->names[0])))
-    return config_usage("view", "--surface goes with one model, or the run of one");
+    return config_usage("view", "--surface goes with one model, or the run or curve of one");
   if (request->fps != FPS_DEFAULT && !(request->count == 1 && is_run(request->names[0])))
     return config_usage("view", "--fps goes with the folder of a run");
   return COMMAND_DONE;
@@ -147,16 +154,18 @@ static int read_options(int argc, char **argv, view_request *request) {
   return COMMAND_DONE;
 }
 
-/* Makes an archive of the run, the scene or the models that are named. */
+/* Makes an archive of the run, the curve, the scene or the models that are named. */
 static thrum_status make_archive(const view_request *request, view_archive *archive,
                                  thrum_error *error) {
-  if (is_run(request->names[0]))
-    return view_archive_of_run(&(view_run_request){.path = request->names[0],
-                                                   .surface = request->surface,
-                                                   .output = request->output,
-                                                   .fps = request->fps,
-                                                   .quiet = request->quiet},
-                               archive, error);
+  const view_run_request played = {.path = request->names[0],
+                                   .surface = request->surface,
+                                   .output = request->output,
+                                   .fps = request->fps,
+                                   .quiet = request->quiet};
+  if (is_run(played.path))
+    return view_archive_of_run(&played, archive, error);
+  if (is_curve_folder(played.path))
+    return view_archive_of_curve(&played, archive, error);
   return view_archive_of_names(request->names, request->count, request->surface, request->quiet,
                                archive, error);
 }

@@ -19,6 +19,7 @@
 #include "precompute/model/solid_inertia.h"
 #include "precompute/model/touch.h"
 #include "runtime/material/material_law.h"
+#include "thrum/response.h"
 #include "thrum/thrum.h"
 
 #define MAGIC "THRUMPK1"
@@ -247,6 +248,26 @@ static void add_motion(data_section *data, cJSON *list, const recorded_run *run)
     add_floats(data, arrays, "places", run->places, run->rows * RUN_PLACEMENT_COLUMNS);
 }
 
+/* The motions of a curve. */
+static void add_curve(data_section *data, cJSON *root, const recorded_curve *curve) {
+  cJSON *object = cJSON_AddObjectToObject(root, "curve");
+  json_string(object, "target", curve->target);
+  json_number(object, "harmonics", (double)curve->harmonics);
+  json_number(object, "periods", (double)curve->periods);
+  cJSON *kinds = cJSON_AddArrayToObject(object, "kinds");
+  for (thrum_response_kind kind = 0; thrum_response_kind_name(kind) != NULL; kind++)
+    json_add_string(kinds, thrum_response_kind_name(kind));
+
+  // a row for each motion
+  cJSON *arrays = cJSON_AddObjectToObject(object, "arrays");
+  add_doubles(data, arrays, "frequency", curve->frequency, curve->rows);
+  add_doubles(data, arrays, "peak", curve->peak, curve->rows);
+  add_copy(data, arrays, "unstable", curve->unstable, curve->rows, "i4");
+  add_copy(data, arrays, "kind", curve->kind, curve->rows, "i4");
+  add_floats(data, arrays, "motion", curve->motion,
+             curve->rows * (2 * curve->harmonics + 1) * curve->model->rank);
+}
+
 /* Adds the links of a recorded scene, by their kinds and names, and the state of each in each row.
  */
 static void add_links(data_section *data, cJSON *root, const recorded_scene *scene) {
@@ -304,11 +325,13 @@ thrum_status view_archive_pack(const view_archive_model *models, int64_t count, 
   cJSON *list = cJSON_AddArrayToObject(root, "models");
   thrum_status status = THRUM_OK;
   for (int64_t n = 0; n < count && status >= 0; n++)
-    status = add_model(&data, list, &models[n], motion.count == 0, error);
+    status = add_model(&data, list, &models[n], motion.count == 0 && motion.curve == NULL, error);
   cJSON *recording = motion.count > 0 ? cJSON_AddArrayToObject(root, "recording") : NULL;
   for (int64_t n = 0; n < motion.count && status >= 0; n++)
     add_motion(&data, recording, &motion.runs[n]);
   add_links(&data, root, motion.scene);
+  if (motion.curve != NULL)
+    add_curve(&data, root, motion.curve);
   THRUM_THEN(status, join(root, &data, archive, error));
   cJSON_Delete(root);
   free(data.bytes);

@@ -6,6 +6,7 @@
 #include <cjson/cJSON.h>
 #include <stdbool.h>
 
+#include "driver/response/response_read.h"
 #include "driver/scene/scene_read.h"
 #include "driver/scene/scene_run.h"
 
@@ -22,6 +23,7 @@ typedef struct view_archive_motion {
   const recorded_run *runs;    /* count */
   int64_t count;               /* 0: bodies are stepped, and nothing was recorded */
   const recorded_scene *scene; /* that has the runs, for its links; NULL: of a body alone */
+  const recorded_curve *curve; /* periodic motions of a body; NULL: there are none */
 } view_archive_motion;
 
 typedef struct view_archive {
@@ -49,7 +51,7 @@ cJSON *view_archive_scene_of_run(const scene_run *run, const int64_t *of_body);
 cJSON *view_archive_scene_of_motion(view_archive_motion motion, const char *const *names,
                                     const int64_t *of_body, const scene_run *obstacles);
 
-/* The folder of a finished run that is to be played. */
+/* The folder of a finished run, or of a curve, that is to be played. */
 typedef struct view_run_request {
   const char *path;
   const char *surface; /* of the one body of a run of a model; NULL: the skin */
@@ -61,6 +63,10 @@ typedef struct view_run_request {
 /* view_archive_run.c: reads a finished run, of a model or of a scene. */
 thrum_status view_archive_of_run(const view_run_request *request, view_archive *archive,
                                  thrum_error *error);
+
+/* view_archive_run.c: reads the curve that `thrum response` left in a folder. */
+thrum_status view_archive_of_curve(const view_run_request *request, view_archive *archive,
+                                   thrum_error *error);
 
 /* view_archive_effects.c: what acts over time. Adds "q", "p" and "loads" of body n where it has
  * any; "base_motion" and "wind" of all; and the "links" between them. */

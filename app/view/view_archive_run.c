@@ -63,7 +63,7 @@ static thrum_status pack_run(const view_run_request *request, view_archive *arch
   recorded_run run = {0};
   THRUM_TRY(recorded_run_read(request->path, NULL, &run, error));
   recorded_run_thin(&run, request->fps);
-  const view_archive_motion motion = {&run, 1, NULL};
+  const view_archive_motion motion = {&run, 1, NULL, NULL};
   const char *const names[] = {run.model_path};
   thrum_status status = spare(request->output, request->path, &run, error);
   THRUM_THEN(status, pack_motion(motion, names, names, request->surface, NULL, archive, error));
@@ -99,7 +99,7 @@ static bool read_obstacles(const char *folder, const recorded_scene *scene, scen
 
 static thrum_status pack_recorded(const char *folder, const recorded_scene *scene, bool quiet,
                                   view_archive *archive, thrum_error *error) {
-  const view_archive_motion motion = {scene->runs, scene->count, scene};
+  const view_archive_motion motion = {scene->runs, scene->count, scene, NULL};
   const cJSON *bodies = cJSON_GetObjectItemCaseSensitive(scene->object, "bodies");
   const char **models = NULL;
   scene_run *obstacles = NULL;
@@ -140,5 +140,26 @@ thrum_status view_archive_of_run(const view_run_request *request, view_archive *
   recorded_scene_thin(&scene, request->fps);
   THRUM_THEN(status, pack_recorded(request->path, &scene, request->quiet, archive, error));
   recorded_scene_free(&scene);
+  return status;
+}
+
+thrum_status view_archive_of_curve(const view_run_request *request, view_archive *archive,
+                                   thrum_error *error) {
+  recorded_curve curve = {0};
+  view_archive_list list = {0};
+  THRUM_TRY(recorded_curve_read(request->path, &curve, error));
+  thrum_status status = THRUM_OK;
+  if (recorded_curve_holds(request->path, &curve, request->output))
+    status = thrum_error_set(error, THRUM_BAD_VALUE,
+                             "%.200s belongs to the curve or is its model: write to another file",
+                             request->output);
+  THRUM_THEN(status, view_archive_list_make(1, &list, error));
+  if (status >= 0) {
+    view_archive_list_add(&list, curve.model_path, curve.model)->surface = request->surface;
+    status = view_archive_pack(list.items, 1, view_archive_scene_of_models(list.items),
+                               (view_archive_motion){.curve = &curve}, archive, error);
+  }
+  view_archive_list_free(&list);
+  recorded_curve_free(&curve);
   return status;
 }

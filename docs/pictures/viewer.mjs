@@ -4,8 +4,9 @@
 //        node docs/pictures/viewer.mjs compare heart.html docs/viewer_compare.png
 //        node docs/pictures/viewer.mjs links links.html docs/viewer_links.png
 //        node docs/pictures/viewer.mjs coupling spin.html docs/viewer_coupling.png
+//        node docs/pictures/viewer.mjs curve forced.html docs/pictures/response_viewer.png
 // The pages are what `thrum view` wrote of hook.npz (docs/tutorial.md, meshed by TetGen), of horse, of
-// heart and of examples/scenes/links.json and spin.json; viewer/node_modules must be installed.
+// heart, of examples/scenes/links.json and spin.json, and of the curve of docs/how-to/find_the_response.md; viewer/node_modules must be installed.
 // SPDX-License-Identifier: Apache-2.0
 import { resolve } from 'node:path';
 import { pathToFileURL } from 'node:url';
@@ -51,6 +52,14 @@ const PICTURES = {
       await page.click('#compare');
       await page.evaluate(() => window.thrum.pause(true));
       await page.evaluate(() => window.thrum.step(205));
+    },
+  },
+
+  // the largest motion, where the panel is the furthest out
+  curve: {
+    settings: { quality: 'full' },
+    async act(page) {
+      await page.evaluate(() => window.thrum.seek(0));
     },
   },
 
@@ -114,7 +123,7 @@ await page.evaluate((settings) => {
 // a frame takes up to two seconds where there is no GPU
 await picture.act(page);
 await page.waitForTimeout(3000);
-// what stepped goes into the caption
-console.log(JSON.stringify(await page.evaluate(() => window.thrum.report(0))));
+// what stepped goes into the caption; of a curve nothing did
+console.log(JSON.stringify(await page.evaluate(() => window.thrum.point() ?? window.thrum.report(0))));
 await page.screenshot({ path: file });
 await browser.close();

@@ -220,20 +220,20 @@ static thrum_status check_model(const char *folder, const char *path, const thru
                         : "made again with precompute --reproducible it is the same");
 }
 
-/* The run's model, as given or as named by the run. */
-static thrum_status load_model(const char *folder, const char *name, const model_hash *hash,
-                               bool given, recorded_run *run, thrum_error *error) {
+thrum_status recorded_model_load(const char *folder, const char *name, const model_hash *hash,
+                                 bool given, const thrum_model **model, char **model_path,
+                                 thrum_error *error) {
   recorded_path path;
   named_model_file file;
   if (!given)
     THRUM_TRY(find_model(folder, &name, hash, path, error));
-  THRUM_TRY(named_model_load(name, true, &run->model, &file, error));
-  run->model_path = strdup(file.path);
-  if (run->model_path == NULL)
+  THRUM_TRY(named_model_load(name, true, model, &file, error));
+  *model_path = strdup(file.path);
+  if (*model_path == NULL)
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for %.200s", file.path);
 
   // a model of that name that is another one would show another motion
-  return check_model(folder, file.path, run->model, hash, error);
+  return check_model(folder, file.path, *model, hash, error);
 }
 
 /* The texts of run.json that matter here; the object is the caller's to delete. */
@@ -301,7 +301,8 @@ thrum_status recorded_run_read(const char *path, const char *model, recorded_run
 
   // the model that run.json names, or another that the caller gives
   if (status >= 0)
-    status = load_model(path, model != NULL ? model : named, &hash, model != NULL, &read, error);
+    status = recorded_model_load(path, model != NULL ? model : named, &hash, model != NULL,
+                                 &read.model, &read.model_path, error);
 
   // "imexv, switched to energy after 24 steps"
   const char *stepped_by = json_text_of(object, "stepped_by");

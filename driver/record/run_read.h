@@ -48,6 +48,13 @@ typedef char recorded_path[RUN_PATH_MAX + 300];
 const char *recorded_run_find(const char *folder, const char *name, const model_hash *hash,
                               recorded_path path);
 
+/* Loads the model that was used in `folder`, by the name that is noted there or, where it is
+ * `given`, by another. Refuses another model than that of the hash. *model and *model_path are the
+ * caller's to free, also on failure. */
+thrum_status recorded_model_load(const char *folder, const char *name, const model_hash *hash,
+                                 bool given, const thrum_model **model, char **model_path,
+                                 thrum_error *error);
+
 /* Reads RUN/run.json, energy.csv (times), q.npy and the model: `model` when it is not NULL, else
  * the one that run.json names (recorded_run_find). Refuses another model than the one
  * that the run was made with (model_hash_matches). recorded_run_free frees, the model too. */

@@ -277,8 +277,8 @@ static thrum_status make_waves(response_curve *c, thrum_error *error) {
   const int64_t n = samples_of(c), phases = phases_of(c), width = wave_width(c);
   free(c->waves);
   c->waves = NULL;
-  THRUM_TRY(thrum_reserve(&c->waves, (n + phases + 3 * c->target_count) * width, sizeof *c->waves,
-                          "the phases", error));
+  THRUM_TRY(thrum_reserve(&c->waves, (n + phases + 3 * c->target_count + c->shape->rank) * width,
+                          sizeof *c->waves, "the phases", error));
   for (int64_t s = 0; s < n + phases; s++)
     for (int64_t k = 0; k < width / 2; k++) {
       const double share =
@@ -286,7 +286,8 @@ static thrum_status make_waves(response_curve *c, thrum_error *error) {
       c->waves[s * width + 2 * k] = cos(THRUM_TWO_PI * share);
       c->waves[s * width + 2 * k + 1] = sin(THRUM_TWO_PI * share);
     }
-  c->series = c->waves + (n + phases) * width;
+  c->shapes = c->waves + (n + phases) * width;
+  c->series = c->shapes + c->shape->rank * width;
   return THRUM_OK;
 }
 
@@ -324,24 +325,35 @@ static double longest(const response_curve *c, const double *series) {
   return sqrt(most);
 }
 
-/* What is seen at the targets: the largest displacement over a period, and its harmonics. The
- * coordinates of the shape are quadratic in those that move, so their 2 H harmonics are all. */
-static void see(response_curve *c, const thrum_response_point *point) {
-  const int64_t h = c->harmonics, n = samples_of(c), width = wave_width(c), rank = c->shape->rank;
-  const int64_t seen = 3 * c->target_count;
+/* c->shapes = the series of all coordinates. They are quadratic in those that move, so their 2 H
+ * harmonics are all. */
+static void find_shapes(const response_curve *c, const double *coefficients) {
+  const int64_t n = samples_of(c), width = wave_width(c), rank = c->shape->rank;
   double q[THRUM_RANK_MAX];
-  memset(c->series, 0, (size_t)(seen * width) * sizeof *c->series);
+  memset(c->shapes, 0, (size_t)(width * rank) * sizeof *c->shapes);
   for (int64_t s = 0; s < n; s++) {
     const double *wave = c->waves + s * width;
-    shape_at(c, point->coefficients, wave, q);
-    for (int64_t line = 0; line < seen; line++) {
-      double u = 0;
+    shape_at(c, coefficients, wave, q);
+    for (int64_t e = 0; e < width; e++) {
+      const double share = (e < 2 ? 1 : 2) * wave[e] / (double)n;
       for (int64_t i = 0; i < rank; i++)
-        u += c->seen[line * rank + i] * q[i];
-      for (int64_t e = 0; e < width; e++)
-        c->series[line * width + e] += (e < 2 ? 1 : 2) * u * wave[e] / (double)n;
+        c->shapes[e * rank + i] += share * q[i];
     }
   }
+}
+
+/* What is seen at the targets: the largest displacement over a period, and its harmonics. */
+static void see(response_curve *c, const thrum_response_point *point) {
+  const int64_t h = c->harmonics, width = wave_width(c), rank = c->shape->rank;
+  const int64_t seen = 3 * c->target_count;
+  find_shapes(c, point->coefficients);
+  for (int64_t line = 0; line < seen; line++)
+    for (int64_t e = 0; e < width; e++) {
+      double u = 0;
+      for (int64_t i = 0; i < rank; i++)
+        u += c->seen[line * rank + i] * c->shapes[e * rank + i];
+      c->series[line * width + e] = u;
+    }
 
   // the harmonics of the motion, mean, cosines and sines
   double *harmonic = c->harmonic + c->count * harmonics_of(c);
@@ -379,6 +391,17 @@ double response_curve_amplitude(const response_curve *curve, int64_t row, int64_
   const double cosine = of[k], sine = of[curve->harmonics + k];
   *phase = atan2(cosine, sine);
   return hypot(cosine, sine);
+}
+
+void response_curve_shape(const response_curve *curve, int64_t row, double *out) {
+  const int64_t rank = curve->shape->rank, most = 2 * curve->harmonics;
+  const size_t bytes = (size_t)rank * sizeof *out;
+  find_shapes(curve, curve->coefficients + row * coefficients_of(curve));
+  memcpy(out, curve->shapes, bytes);
+  for (int64_t k = 1; k <= most; k++) {
+    memcpy(out + k * rank, curve->shapes + 2 * k * rank, bytes);
+    memcpy(out + (most + k) * rank, curve->shapes + (2 * k + 1) * rank, bytes);
+  }
 }
 
 void response_curve_state(const response_curve *curve, int64_t row, double *q, double *p) {

@@ -2,6 +2,7 @@
 #ifndef THRUM_DRIVER_RESPONSE_RESPONSE_CURVE_H
 #define THRUM_DRIVER_RESPONSE_RESPONSE_CURVE_H
 
+#include "driver/model/model_hash.h"
 #include "driver/response/response_options.h"
 #include "thrum/response.h"
 
@@ -14,6 +15,7 @@ typedef struct response_row {
 
 typedef struct response_curve {
   const response_request *request;
+  model_hash hash;                             /* of the file of the model: the caller's to set */
   const thrum_model *loaded, *stepped, *shape; /* shape shows what stepped moves */
   void *memory;                                /* of the stepped model */
   int64_t harmonics;
@@ -22,7 +24,8 @@ typedef struct response_curve {
   double from, to;       /* [Hz] */
   double *seen;          /* targets x 3 x rank of the shape: displacement by coordinate */
   double *waves;         /* cosines and sines at the samples of a period */
-  double *series;        /* room behind them, for what is seen of a motion */
+  double *shapes;        /* behind them, 2 (2 H + 1) x rank of the shape: its series in a motion */
+  double *series;        /* and targets x 3 x 2 (2 H + 1): that of what is seen of it */
   char vertex[40];       /* the target of a body whose targets are not named */
   const char *const *at; /* names of the targets */
   int64_t target_count;
@@ -54,6 +57,10 @@ thrum_status response_curve_find(response_curve *curve, thrum_error *error);
 /* Amplitude [m] and phase [rad] of harmonic k >= 1 of a target along an axis, in a row. */
 double response_curve_amplitude(const response_curve *curve, int64_t row, int64_t target, int axis,
                                 int64_t k, double *phase);
+
+/* Mean, cosines and sines up to 2 H, (4 H + 1) x rank of the shape, of all coordinates in a row:
+ * what follows is quadratic in what moves. */
+void response_curve_shape(const response_curve *curve, int64_t row, double *out);
 
 /* q and p (rank of the shape each) of a row where the load's sine begins. */
 void response_curve_state(const response_curve *curve, int64_t row, double *q, double *p);

@@ -104,6 +104,22 @@ static thrum_status write_starts(const response_curve *c, const char *folder, th
   return status;
 }
 
+/* Where some coordinates follow, the series of all of them, from which the body can be shown. */
+static thrum_status write_motions(const response_curve *c, const char *folder, thrum_error *error) {
+  const int64_t width = (4 * c->harmonics + 1) * c->shape->rank;
+  char path[PATH_MAX_HERE];
+  double *rows = NULL;
+  if (c->shape == c->stepped)
+    return THRUM_OK;
+  THRUM_TRY(thrum_reserve(&rows, c->count * width, sizeof *rows, "the motions", error));
+  for (int64_t row = 0; row < c->count; row++)
+    response_curve_shape(c, row, rows + row * width);
+  snprintf(path, sizeof path, "%s/" RESPONSE_MOTIONS, folder);
+  const thrum_status status = thrum_npy_write_f8(path, rows, c->count, width, error);
+  free(rows);
+  return status;
+}
+
 static void draw(const response_curve *c, const char *folder) {
   char title[300], curves[900];
   if (c->target_count == 0)
@@ -148,12 +164,13 @@ thrum_status response_files_write(const response_curve *curve, const char *text,
                              "--start %" PRId64 ": the curve has points 1 to %" PRId64,
                              curve->request->starts[n], curve->count);
   THRUM_TRY(folder_make(folder, error));
-  snprintf(path, sizeof path, "%s/response.csv", folder);
+  snprintf(path, sizeof path, "%s/" RESPONSE_CSV, folder);
   THRUM_TRY(write_csv(curve, path, error));
-  snprintf(path, sizeof path, "%s/coefficients.npy", folder);
+  snprintf(path, sizeof path, "%s/" RESPONSE_COEFFICIENTS, folder);
   THRUM_TRY(thrum_npy_write_f8(path, curve->coefficients, curve->count,
                                (2 * curve->harmonics + 1) * curve->stepped->rank, error));
-  snprintf(path, sizeof path, "%s/response.json", folder);
+  THRUM_TRY(write_motions(curve, folder, error));
+  snprintf(path, sizeof path, "%s/" RESPONSE_JSON, folder);
   THRUM_TRY(thrum_file_write_atomic(path, text, strlen(text), error));
   draw(curve, folder);
   return write_starts(curve, folder, error);

@@ -4,8 +4,13 @@
 
 #include "driver/response/response_curve.h"
 
-/* Writes response.csv, response.json (`text`), coefficients.npy, the starts and the plot into the
- * folder of the request; none where it names no folder. */
+#define RESPONSE_JSON "response.json"
+#define RESPONSE_CSV "response.csv"
+#define RESPONSE_COEFFICIENTS "coefficients.npy"
+#define RESPONSE_MOTIONS "motions.npy" /* of all coordinates, where some follow */
+
+/* Writes these files, with `text` as response.json, the starts and the plot into the folder of the
+ * request; none where it names no folder. */
 thrum_status response_files_write(const response_curve *curve, const char *text,
                                   thrum_error *error);
 

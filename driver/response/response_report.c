@@ -210,6 +210,7 @@ cJSON *response_report_object(const response_curve *curve, const response_worth 
   const response_request *request = curve->request;
   cJSON *object = json_report("response", word_of(curve, worth));
   json_string(object, "model", request->model_path);
+  model_hash_json(object, &curve->hash);
   json_number(object, "rank", (double)curve->shape->rank);
   json_number(object, "coordinates", (double)curve->stepped->rank);
   json_number(object, "mode", request->mode > 0 ? (double)request->mode : NAN);

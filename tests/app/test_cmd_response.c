@@ -57,7 +57,7 @@ static void a_forced_curve_has_its_files_and_its_folds(void **state) {
   cJSON *object =
       program_object(thrum_run(folder, "response", "beam.npz", "--load", LOAD, "--damping-ratio",
                                "0.01", "--from", "60", "--to", "100", "--harmonics", "5", "-o",
-                               "forced", "--no-check", "--json", NULL),
+                               "forced", "--start", "9", "--no-check", "--json", NULL),
                      0);
   const int points = (int)json_value(object, "points");
   assert_true(json_value(object, "folds") == 2);
@@ -74,7 +74,22 @@ static void a_forced_curve_has_its_files_and_its_folds(void **state) {
   char *json = text_file_read(in_folder("forced/response.json"));
   assert_non_null(strstr(json, "\"kind\":\"fold\""));
   free(json);
-  free(numbers_of("forced/coefficients.npy", points, 11 * 2));
+  double *moving = numbers_of("forced/coefficients.npy", points, 11 * 2);
+
+  // at the phase 0 all coordinates of a row are those of its start, also those that follow
+  double *all = numbers_of("forced/motions.npy", points, 21 * 5);
+  double *start = numbers_of("forced/point_9.npy", 2, 5);
+  for (int i = 0; i < 5; i++) {
+    double q = 0;
+    for (int k = 0; k <= 10; k++)
+      q += all[8 * 105 + 5 * k + i];
+    assert_true(fabs(q - start[i]) < 1e-12 * fabs(start[0]));
+  }
+  assert_true(fabs(start[2]) + fabs(start[3]) + fabs(start[4]) > 1e-6 * fabs(start[0]));
+  assert_true(fabs(all[8 * 105 + 5] - moving[8 * 22 + 2]) < 1e-12 * fabs(start[0]));
+  free(moving);
+  free(all);
+  free(start);
 
   // quality factors are ratios in other words
   object = program_object(thrum_run(folder, "response", "beam.npz", "--load", LOAD, "--q", "50",

@@ -425,6 +425,32 @@ static void a_run_is_packed_with_its_rows(void **state) {
   close_pack(&p);
 }
 
+/* A curve keeps the motions of all coordinates, and what is said of each. */
+static void a_curve_is_packed_with_its_motions(void **state) {
+  (void)state;
+  program_result run = thrum_run(folder, "response", "beam.npz", "--load", "sine:0,0,0.1@vertex=40",
+                                 "--damping-ratio", "0.1", "--condense", "2", "--harmonics", "3",
+                                 "-o", "curve", "--no-check", NULL);
+  if (run.exit_code != 0)
+    fail_msg("%s", run.err);
+  program_result_free(&run);
+  run = thrum_run(folder, "view", "curve", "-o", "curve.html", NULL);
+  if (run.exit_code != 0)
+    fail_msg("%s", run.err);
+  program_result_free(&run);
+  pack p = open_pack("curve.html");
+  const cJSON *curve = cJSON_GetObjectItem(p.json, "curve");
+  const cJSON *arrays = cJSON_GetObjectItem(curve, "arrays");
+  const double rows = cJSON_GetArrayItem(cJSON_GetObjectItem(arrays, "frequency"), 1)->valuedouble;
+  assert_true(rows > 5);
+  assert_true(json_value(curve, "harmonics") == 6);
+  assert_string_equal(cJSON_GetObjectItem(curve, "target")->valuestring, "vertex=40");
+  assert_true(cJSON_GetArrayItem(cJSON_GetObjectItem(arrays, "motion"), 1)->valuedouble ==
+              rows * 13 * (double)model->rank);
+  assert_int_equal(cJSON_GetArraySize(cJSON_GetObjectItem(p.json, "models")), 1);
+  close_pack(&p);
+}
+
 /* Names in the run's folder are those of the command that made it, which was called in `folder`. */
 static void a_run_is_shown_from_any_folder(void **state) {
   (void)state;
@@ -515,6 +541,7 @@ static void missing_inputs_and_wrong_options_are_refused(void **state) {
   expect_refusal(thrum_run(folder, "view", "beam.npz", "free.npz", "--surface", "a.obj", NULL), 2,
                  "one model");
   expect_refusal(thrum_run(folder, "view", "fall", "beam.npz", NULL), 2, "one run");
+  expect_refusal(thrum_run(folder, "view", "curve", "beam.npz", NULL), 2, "one run or curve");
   expect_refusal(thrum_run(folder, "view", "beam.npz", "--fps", "0", NULL), 2, "--fps");
   expect_refusal(thrum_run(folder, "view", "beam.npz", "-o", "k.txt", NULL), 2,
                  "give 'k.txt' a name that ends with .html");
@@ -549,6 +576,34 @@ static void a_run_whose_coordinates_are_of_another_run_is_refused(void **state) 
 
   expect_refusal(thrum_run(folder, "view", "all", "-o", "x.html", NULL), 1,
                  "has 2 columns, but the run recorded 7");
+  assert_false(file_exists(in_folder("x.html")));
+}
+
+/* Files of other curves, or that are cut, and another model. */
+static void a_curve_whose_files_do_not_go_together_is_refused(void **state) {
+  (void)state;
+  static const double few[2 * 91] = {0};
+  char *rows = text_file_read(in_folder("curve/response.csv"));
+  assert_non_null(rows);
+  rows[strlen(rows) - 40] = 0;
+  *strrchr(rows, '\n') = 0;
+  assert_true(text_file_write(in_folder("curve/response.csv"), rows));
+  expect_refusal(thrum_run(folder, "view", "curve", "-o", "x.html", NULL), 1, "motions");
+  strcpy(strchr(strchr(rows, '\n') + 1, ','), ",knot,1,0");
+  assert_true(text_file_write(in_folder("curve/response.csv"), rows));
+  expect_refusal(thrum_run(folder, "view", "curve", "-o", "x.html", NULL), 1, "response.csv:2");
+  free(rows);
+  assert_true(save_npy(in_folder("curve/motions.npy"), few, 2, 90));
+  expect_refusal(thrum_run(folder, "view", "curve", "-o", "x.html", NULL), 1, "no motions");
+  assert_int_equal(rename(in_folder("beam.npz"), in_folder("kept.npz")), 0);
+  program_result run = thrum_run(folder, "precompute", "beam:5x1x1@1x0.2x0.3", "--fix", "x<0.001",
+                                 "--modes", "2", "--rank", "5", "-o", "beam.npz", "-q", NULL);
+  program_result_free(&run);
+  expect_refusal(thrum_run(folder, "view", "curve", "-o", "x.html", NULL), 1, "is not the model");
+  assert_int_equal(rename(in_folder("kept.npz"), in_folder("beam.npz")), 0);
+  assert_true(text_file_write(in_folder("curve/response.json"), "{}"));
+  expect_refusal(thrum_run(folder, "view", "curve", "-o", "x.html", NULL), 1,
+                 "find the curve again");
   assert_false(file_exists(in_folder("x.html")));
 }
 
@@ -649,12 +704,14 @@ int main(void) {
       cmocka_unit_test(a_body_is_shown_by_its_own_surface),
       cmocka_unit_test(a_run_is_packed_with_its_rows),
       cmocka_unit_test(a_run_is_shown_from_any_folder),
+      cmocka_unit_test(a_curve_is_packed_with_its_motions),
       cmocka_unit_test(flow_is_left_out_where_the_page_steps),
 
       // the browser, and what is refused
       cmocka_unit_test(without_a_name_the_page_is_opened_where_there_is_a_display),
       cmocka_unit_test(missing_inputs_and_wrong_options_are_refused),
       cmocka_unit_test(a_run_whose_coordinates_are_of_another_run_is_refused),
+      cmocka_unit_test(a_curve_whose_files_do_not_go_together_is_refused),
       cmocka_unit_test(a_page_without_a_place_for_a_pack_is_refused),
   };
   return cmocka_run_group_tests(tests, make_model, remove_model);

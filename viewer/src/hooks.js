@@ -59,6 +59,9 @@ export function hooks(starting) {
         app.panel.refresh();
       },
       seek: (time) => app.seek(time),
+      /** Which point of a curve is shown, from 1, and where it is drawn. */
+      point: () => world.point,
+      pointPlace: (point) => app.curvePlot.place(point - 1),
       show: (choice, compared) => app.show(choice, compared),
       pause: (on) => app.pause(on),
       reset: () => app.reset(),

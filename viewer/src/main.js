@@ -1,6 +1,7 @@
 // The page: loads the pack and the engine, runs the frames, wires the buttons.
 // SPDX-License-Identifier: Apache-2.0
 import { Clock, Meter, SPEEDS } from './clock.js';
+import { CurvePlot, pointText } from './curve_plot.js';
 import { listenToFiles, packOfFiles } from './drop.js';
 import { Engine } from './engine.js';
 import { hooks } from './hooks.js';
@@ -45,7 +46,8 @@ class App {
       step: new Meter(), upload: new Meter(), draw: new Meter(), frame: new Meter(),
     };
     this.recorder = new Recorder(world.stage.renderer.domElement);
-    this.plot = new EnergyPlot(find('plot'), find('legend'));
+    this.energyPlot = new EnergyPlot(find('plot'), find('legend'));
+    this.curvePlot = new CurvePlot(find('plot'), find('legend'), (row) => this.pick(row));
     this.panel = new Panel(world, {
       set: (name, value) => this.set(name, value),
       choose: (choice) => this.show(choice, world.compared),
@@ -79,7 +81,7 @@ class App {
     listenToFiles(find('files'), (files) => this.guard(() => this.open(files)));
     addEventListener('resize', () => this.fit());
     addEventListener('hashchange', () => this.obey(location.hash));
-    find('scrub').addEventListener('input', () => this.seek(find('scrub').valueAsNumber));
+    find('scrub').addEventListener('input', () => this.slide(find('scrub').valueAsNumber));
     find('speed').replaceChildren(...SPEEDS.map((speed) => new Option(`× ${speed}`, speed)));
     find('speed').addEventListener('change', () => this.setSpeed(Number(find('speed').value)));
     this.setSpeed(1);
@@ -107,9 +109,23 @@ class App {
     this.world.recording.seek(time);
   }
 
+  /** The slider over the plot: the time of a run, or the point of a curve, whose motion goes on. */
+  slide(value) {
+    if (!this.world.orbit) this.pause(true);
+    this.world.recording.slide(value);
+    this.world.stage.touch();
+  }
+
   moveRows(rows) {
-    this.pause(true);
+    if (!this.world.orbit) this.pause(true);
     this.world.recording.move(rows);
+    this.world.stage.touch();
+  }
+
+  /** Shows a motion of the curve. @param {number} row from 0 */
+  pick(row) {
+    this.world.orbit.choose(row);
+    this.world.stage.touch();
   }
 
   /** Fits the drawing to the window and what lies over it. */
@@ -231,12 +247,13 @@ class App {
 
   /** Shows what an address asks for. @param {string} hash */
   obey(hash) {
-    const { choice, compared, settings } = readHash(hash);
+    const { choice, compared, point, settings } = readHash(hash);
     const { world } = this;
     const known = choice === world.choice || world.pack.models[choice] !== undefined;
     this.show(known ? choice : world.choice, compared === true && !world.plays);
     for (const [name, value] of Object.entries(settings))
       if (!world.plays || SHOWN.includes(name)) this.set(name, value);
+    if (point && world.orbit) this.pick(point - 1);
     this.panel.refresh();
   }
 
@@ -279,8 +296,13 @@ class App {
 
   /** What was shown of the run before. */
   forget() {
-    this.plot.begin(this.series());
-    if (this.world.plays) this.#plotRecording();
+    const { orbit, plays } = this.world;
+    this.plot = orbit ? this.curvePlot : this.energyPlot;
+    this.curvePlot.begin(orbit);
+    if (!orbit) this.plot.begin(this.series());
+    if (plays && !orbit) this.#plotRecording();
+    find('plotted').textContent = orbit ? 'Response' : 'Energy';
+    find('scrub').ariaLabel = orbit ? 'Point of the curve' : 'Time in the run';
     this.grown = this.opened = this.failed = false;
     this.settle();
     this.clock.restart();
@@ -322,7 +344,7 @@ class App {
 
   stepOnce() {
     this.pause(true);
-    if (this.world.plays) this.world.recording.move(1);
+    if (this.world.plays) this.world.recording.tick();
     else this.step();
   }
 
@@ -380,9 +402,7 @@ class App {
   advance(elapsed) {
     const { meters, clock, world } = this;
     if (world.plays) {
-      const { recording } = world;
-      recording.seek(recording.time + Math.min(elapsed, LEAP * this.speed));
-      if (recording.time === recording.end) this.pause(true);
+      if (!world.recording.advance(Math.min(elapsed, LEAP * this.speed))) this.pause(true);
       return;
     }
     const begin = performance.now();
@@ -454,7 +474,7 @@ class App {
   // what the page says, not in every frame of a fast display
   report(now) {
     const { world, clock } = this;
-    const { motion, plays } = world;
+    const { motion, plays, orbit } = world;
     this.sample();
     if (now - this.reportedAt < REPORT_EVERY) return;
     this.reportedAt = now;
@@ -462,14 +482,14 @@ class App {
     this.plot.draw(motion.time);
     this.panel.showTimes(this.meters);
     this.panel.showScale();
-    if (plays) find('scrub').value = motion.time;
+    if (plays) find('scrub').value = motion.slider.value;
     else this.panel.showSplit();
     this.warnOfGrowth();
     this.warnOfJoints();
     const pace = clock.behind && !this.paused && !plays
       ? `, ${(this.speed * clock.pace).toFixed(2)} of real time` : '';
     const of = plays ? ` of ${motion.end.toFixed(2)}` : '';
-    find('clock').textContent = `${motion.time.toFixed(2)}${of} s${pace}`;
+    find('clock').textContent = orbit ? pointText(orbit) : `${motion.time.toFixed(2)}${of} s${pace}`;
     this.placeLabels();
   }
 

@@ -14,8 +14,9 @@ import { LINKS } from './engine.js';
  * @property {Object<string, ArrayBufferView>} arrays
  */
 
-/** `recording`: of a finished run, one for each body of the scene; `recordedLinks`: what ties them, row by row.
- * @typedef {{scene: object, models: Model[], recording?: object[], recordedLinks?: object}} Pack */
+/** `recording`: of a finished run, one for each body of the scene; `recordedLinks`: what ties them, row by row; `curve`: the
+ * periodic motions of its one body.
+ * @typedef {{scene: object, models: Model[], recording?: object[], recordedLinks?: object, curve?: object}} Pack */
 
 /** Numbers of a recorded link in a row: 1 while it holds or 0, how far it is open [m], and its two places [m]. */
 export const LINK_NUMBERS = 8;
@@ -147,6 +148,15 @@ function checkRecordedLinks({ links, arrays }, count) {
     throw new Error(`the recording: array 'links' has not ${count * links.length * LINK_NUMBERS} entries`);
 }
 
+/** Refuses a curve whose arrays do not fit together. @param {object} curve @param {Model} model that moves */
+function checkCurve({ harmonics, kinds, arrays }, { rank }) {
+  const rows = arrays.frequency?.length ?? 0;
+  const counts = { frequency: rows, peak: rows, unstable: rows, kind: rows, motion: rows * (2 * harmonics + 1) * rank };
+  for (const [name, count] of Object.entries(counts))
+    if (rows < 1 || arrays[name]?.length !== count) throw new Error(`the curve: array '${name}' has not ${count} entries`);
+  if (arrays.kind.some((kind) => !(kind in kinds))) throw new Error('the curve: a point is of no kind that is known');
+}
+
 /** @param {Uint8Array} bytes @returns {Pack} */
 export function readPack(bytes) {
   const data = new Uint8Array(bytes).buffer; // a copy, aligned whatever it was cut from
@@ -171,7 +181,9 @@ export function readPack(bytes) {
   recording?.forEach((rows) => checkRows(rows, recording[0].arrays.times.length));
   const recordedLinks = header.recorded_links && withArrays(header.recorded_links);
   if (recordedLinks) checkRecordedLinks(recordedLinks, recording?.[0]?.arrays.times.length ?? 0);
-  return { scene: header.scene, models, recording, recordedLinks };
+  const curve = header.curve && withArrays(header.curve);
+  if (curve) checkCurve(curve, models[header.scene.bodies[0].model]);
+  return { scene: header.scene, models, recording, recordedLinks, curve };
 }
 
 /** The pack in the page, or the one served beside it. @returns {Promise<Pack>} */

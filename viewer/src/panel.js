@@ -27,6 +27,7 @@ const SLIDERS = {
   damping: { min: 0, max: 5, step: 0.01, ...plain, text: (v) => `${v.toFixed(2)} 1/s` },
   stiffness: { min: -4, max: 4, step: 0.05, ...power(2), text: (v) => `× ${v.toPrecision(3)}` },
   pull: { min: -1, max: 2, step: 0.05, ...power(10), text: (v) => `× ${v < 99.5 ? v.toPrecision(2) : v.toFixed(0)}` },
+  magnify: { min: 0, max: 5, step: 'any', ...power(10), text: (v) => `× ${v < 999.5 ? v.toPrecision(3) : v.toFixed(0)}` },
 };
 
 export class Panel {
@@ -67,7 +68,7 @@ export class Panel {
   listModels() {
     const { pack, recording } = this.world;
     const models = pack.models.map((model, n) => [n, model.title ?? model.name]);
-    const whole = isComposed(pack) ? [[-1, recording ? 'the run' : 'the scene']] : [];
+    const whole = isComposed(pack) ? [[-1, recording?.title ?? 'the scene']] : [];
     fill(find('model'), [...whole, ...models]);
 
     fill(find('colour'), quantitiesOf(pack).map((name) => [name, QUANTITIES[name].title]));
@@ -81,7 +82,7 @@ export class Panel {
 
   /** Shows the settings as they are. */
   refresh() {
-    const { settings, bodies, choice, compared, plays, recording } = this.world;
+    const { settings, bodies, choice, compared, plays, recording, orbit } = this.world;
     find('model').value = choice;
     find('colour').value = settings.colour;
     find('quality').value = settings.quality;
@@ -91,21 +92,27 @@ export class Panel {
     document.querySelectorAll('.live').forEach((part) => { part.hidden = plays; });
     find('compare').hidden = plays;
     find('scrub').hidden = !plays;
-    find('hint').textContent = plays ? 'Drag to look around' : 'Drag a body to pull it, drag beside it to look around';
+    document.querySelectorAll('.orbit').forEach((part) => { part.hidden = !orbit; });
+    find('hint').textContent = orbit ? 'Press on the curve, or ← and →, to pick a motion; its period is shown in 2 s'
+      : plays ? 'Drag to look around' : 'Drag a body to pull it, drag beside it to look around';
     this.showErrors();
     if (plays) {
-      Object.assign(find('scrub'), { min: recording.begin, max: recording.end });
+      Object.assign(find('scrub'), recording.slider);
+      this.#showSlider('magnify');
       return;
     }
     find('rank').min = Math.min(...bodies.map(({ model }) => fewestStepped(model)));
     find('rank').max = Math.max(...bodies.map(({ model }) => mostStepped(model)));
-    for (const [name, slider] of Object.entries(SLIDERS)) {
-      find(name).value = slider.write(settings[name]);
-      document.querySelector(`output[for=${name}]`).textContent = slider.text(settings[name]);
-    }
+    Object.keys(SLIDERS).forEach((name) => this.#showSlider(name));
     find('integrator').value = settings.integrator;
     find('sound').checked = settings.sound;
     find('integrator').disabled = compared;
+  }
+
+  #showSlider(name) {
+    const value = this.world.settings[name];
+    find(name).value = SLIDERS[name].write(value);
+    document.querySelector(`output[for=${name}]`).textContent = SLIDERS[name].text(value);
   }
 
   /** What a run says that the bases of its bodies have wrong, a line for each of the first few. */

@@ -9,7 +9,7 @@ const SAMPLES_MAX = 4000;
 
 /** Sizes a canvas to its place on the page, in device pixels.
  * @param {HTMLCanvasElement} canvas */
-function prepare(canvas) {
+export function prepare(canvas) {
   const scale = Math.min(devicePixelRatio, 2);
   const { clientWidth: width, clientHeight: height } = canvas;
   if (canvas.width !== width * scale || canvas.height !== height * scale) {
@@ -98,14 +98,14 @@ export class EnergyPlot {
 }
 
 /** The background of a key in the legend: the strokes of its curve. */
-function dashed(colour, dash) {
+export function dashed(colour, dash) {
   if (dash.length === 0) return colour;
   let at = 0;
   const stops = dash.map((length, n) => `${n % 2 === 0 ? colour : 'transparent'} ${at}px ${at += length}px`);
   return `repeating-linear-gradient(90deg, ${stops.join(', ')})`;
 }
 
-function line(pen, points) {
+export function line(pen, points) {
   pen.beginPath();
   for (const [x, y] of points) pen.lineTo(x, y);
   pen.stroke();

@@ -25,6 +25,7 @@ export class Recording {
   /** @param {object[]} rows of each body, from the pack @param {import('./pack.js').Pack} pack */
   constructor(rows, pack) {
     this.rows = rows;
+    this.title = 'the run';
     this.scene = pack.scene;
     this.recordedLinks = pack.recordedLinks;
     this.times = rows[0].arrays.times;
@@ -52,6 +53,24 @@ export class Recording {
     const from = count < 0 && share > 0 ? row + 1 : row;
     const last = this.times.length - 1;
     return this.seek(this.times[Math.min(last, Math.max(0, from + count))]);
+  }
+
+  get slider() {
+    return { min: this.begin, max: this.end, step: 'any', value: this.time };
+  }
+
+  slide(value) {
+    this.seek(value);
+  }
+
+  /** The next row. */
+  tick() {
+    this.move(1);
+  }
+
+  /** Goes on as real time does. @param {number} elapsed [s] @returns {boolean} false: it is at its end */
+  advance(elapsed) {
+    return this.seek(this.time + elapsed) < this.end;
   }
 
   /** A row of an array and the next one, mixed. */

@@ -17,10 +17,10 @@ const BY_COUPLING = [['coupled', '#2a78c2', [], true], ['not coupled', '#dd7a22'
 
 const SPACING = 1.25; // of copies, in widths of the body
 
-/** Is the scene of the pack more than one body by itself? A recording is.
+/** Is the scene of the pack more than one body by itself? A recording is, and a curve.
  * @param {import('./pack.js').Pack} pack */
-export function isComposed({ scene, recording }) {
-  return recording !== undefined || scene.bodies.length > 1 || scene.obstacles.length > 0 || scene.links?.length > 0;
+export function isComposed({ scene, recording, curve }) {
+  return recording !== undefined || curve !== undefined || scene.bodies.length > 1 || scene.obstacles.length > 0 || scene.links?.length > 0;
 }
 
 /** One model by itself, under the pack's gravity and damping, and with its step, which is made to fit where no scene file gave it.

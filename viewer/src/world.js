@@ -8,16 +8,17 @@ import { LinkMarks, OPEN, stateOf } from './link_marks.js';
 import { LEVELS, QUALITIES, QualityChooser, atLeast } from './quality.js';
 import { Marks } from './marks.js';
 import { fewestStepped, mostStepped } from './pack.js';
+import { Orbit } from './orbit.js';
 import { Recording } from './recording.js';
 import { coordinatesTexture } from './shader.js';
 import { aloneScene, comparedScene, isComposed } from './scenes.js';
 
 /** What the panel changes while bodies move.
  * @typedef {{dt: number, integrator: string, rank: number, gravity: number, damping: number,
- *   stiffness: number, pull: number, colour: string, edges: boolean, held: boolean,
+ *   stiffness: number, pull: number, magnify: number, colour: string, edges: boolean, held: boolean,
  *   touches: boolean, links: boolean, quality: string, sound: boolean}} Settings */
 
-export const SHOWN = ['colour', 'edges', 'held', 'touches', 'links', 'quality']; // settings of the picture alone
+export const SHOWN = ['colour', 'edges', 'held', 'touches', 'links', 'quality', 'magnify']; // settings of the picture alone
 const TOUCH_COLOUR = 0xe07b00;
 
 export class World {
@@ -26,7 +27,7 @@ export class World {
   constructor(pack, engine, stage) {
     Object.assign(this, { stage, bodies: [], pulls: new Map(), compared: false });
     this.settings = { pull: 10, colour: 'own', edges: false, held: true, touches: true, links: true,
-      quality: 'auto', sound: false };
+      quality: 'auto', sound: false, magnify: 1 };
     this.marks = new Marks(stage.scene, TOUCH_COLOUR);
     this.linkMarks = new LinkMarks(stage.scene);
     this.own = pack.models; // which scenes that are dropped may name, whatever was dropped before
@@ -39,8 +40,9 @@ export class World {
     if (engine.models.length === 0) pack.models.forEach((model) => engine.addModel(model));
     Object.assign(this, { pack, engine });
     this.#clear();
-    this.recording = pack.recording && new Recording(pack.recording, pack);
+    this.recording = pack.recording ? new Recording(pack.recording, pack) : pack.curve && new Orbit(pack.curve, pack);
     this.choice = isComposed(pack) ? -1 : pack.scene.bodies[0].model;
+    if (pack.curve) this.settings.colour = 'displacement'; // a body moves little at many of its points
     if (!quantitiesOf(pack).includes(this.settings.colour)) this.settings.colour = 'own';
   }
 
@@ -53,9 +55,19 @@ export class World {
     this.bodies = [];
   }
 
-  /** Is a recorded run shown, which nothing acts on? */
+  /** Is a recorded run or a curve shown, which nothing acts on? */
   get plays() {
     return this.recording !== undefined && this.choice < 0;
+  }
+
+  /** The motion of a curve, where one is shown. @returns {Orbit|undefined} */
+  get orbit() {
+    return this.plays && this.recording instanceof Orbit ? this.recording : undefined;
+  }
+
+  /** The point of the curve that is shown, from 1. */
+  get point() {
+    return this.orbit && this.orbit.row + 1;
   }
 
   /** What says where bodies are: the recording, or the engine that steps them. */
@@ -75,6 +87,7 @@ export class World {
     if (this.plays) this.recording.seek(this.recording.begin);
     else this.engine.build(this.shown);
     this.#populate();
+    if (fresh) this.settings.magnify = this.orbit ? this.orbit.magnification(this.bodies[0].size) : 1;
     this.#applyAll(own);
   }
 
@@ -164,6 +177,9 @@ export class World {
       links: () => {},
       sound: () => {},
       quality: () => this.#setQuality(value),
+      magnify: () => {
+        if (!(value > 0)) throw new Error(`displacements are drawn larger by a number above 0, not ${value}`);
+      },
     };
     changes[name]();
     this.stage.touch();
@@ -370,7 +386,8 @@ export class World {
   /** Hands q of every body to the GPU. */
   upload() {
     const { data } = this.coordinates.image;
-    this.bodies.forEach((_, n) => data.set(this.motion.shape(n), n * this.width));
+    const magnify = this.orbit ? this.settings.magnify : 1;
+    this.bodies.forEach((_, n) => data.set(this.motion.shape(n).map((x) => magnify * x), n * this.width));
     this.coordinates.needsUpdate = true;
     this.stage.renderer.initTexture(this.coordinates);
     this.place();

@@ -5,6 +5,7 @@ import { readFileSync, realpathSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { after, before, test } from 'node:test';
 import { pathToFileURL } from 'node:url';
+import { stretchesOf } from '../src/curve_plot.js';
 import { mostStepped } from '../src/pack.js';
 import { folder, launch, open, packOf, thrum } from './fixture.mjs';
 
@@ -124,6 +125,66 @@ test('a finished run is played, with its obstacles, at any moment of it', async 
   await page.fill('#scrub', '0.25');
   assert.equal(await time(), 0.25);
   assert.match(await page.textContent('#legend'), /kinetic \+ strain .*J/);
+  assert.deepEqual(page.complaints, []);
+  await page.close();
+});
+
+test('stable and unstable stretches of a curve meet in a point', () => {
+  const stretches = (...unstable) => stretchesOf(Int32Array.from(unstable)).map(({ first, last, isUnstable }) => [first, last, isUnstable]);
+  assert.deepEqual(stretches(0, 0, 1, 2, -1), [[0, 2, false], [2, 4, true], [4, 4, false]]);
+  assert.deepEqual(stretches(1), [[0, 0, true]]);
+});
+
+test('a point of a curve is picked on its drawing, and the body moves as in its row', async () => {
+  thrum('precompute', 'beam:8x1x1@1x0.02x0.04', '--fix', 'x<0.001', '--fix', 'x>0.999', '--modes', '2', '--rank', '5', '-o', 'thin.npz',
+    '--quiet');
+  thrum('response', 'thin.npz', '--load', 'sine:0,0.004,0@vertex=17', '--at', 'vertex=17', '--damping-ratio', '0.01', '--from', '1.5', '--to', '2',
+    '-o', 'curve', '--no-check', '-q');
+  thrum('view', 'curve', '-o', 'curve.html', '-q');
+  const [names, ...rows] = readFileSync(join(folder, 'curve/response.csv'), 'utf8').trim().split('\n').map((line) => line.split(','));
+  const of = (row, name) => Number(rows[row][names.indexOf(name)]);
+  const page = await open(browser, pathToFileURL(join(folder, 'curve.html')).href);
+  assert.equal(await page.textContent('#model option:checked'), 'the curve');
+
+  // it begins with the largest motion, and a press on an unstable one shows that
+  const peaks = rows.map((_, row) => of(row, 'peak1_m'));
+  assert.equal(await page.evaluate(() => window.thrum.point()), 1 + peaks.indexOf(Math.max(...peaks)));
+  const row = rows.findIndex((cells) => cells[names.indexOf('unstable')] === '1') + 4;
+  const box = await page.locator('#plot').boundingBox();
+  const [x, y] = await page.evaluate((point) => window.thrum.pointPlace(point), row + 1);
+  await page.mouse.click(box.x + x, box.y + y);
+  await page.waitForFunction((point) => window.thrum.point() === point, row + 1);
+  await page.waitForFunction(() => /unstable/.test(document.getElementById('clock').textContent));
+  assert.match(await page.textContent('#legend'), /stable.*unstable.*fold/);
+
+  // magnified, it is where its harmonics say; the page has U and the motion in single precision
+  const moved = (phase) => page.evaluate((time) => {
+    window.thrum.seek(time);
+    return window.thrum.shownPosition(0, 16);
+  }, phase);
+  await page.evaluate(() => window.thrum.set('magnify', 3));
+  const rest = await page.evaluate(() => {
+    window.thrum.set('magnify', 1e-9);
+    const at = window.thrum.shownPosition(0, 16);
+    window.thrum.set('magnify', 3);
+    return at;
+  });
+  const harmonics = names.filter((name) => /^y1_h[0-9]+_m$/.test(name)).length;
+  for (const phase of [0, 0.2, 0.65]) {
+    const place = await moved(phase);
+    [...'xyz'].forEach((axis, n) => {
+      let u = of(row, `${axis}1_mean_m`);
+      for (let k = 1; k <= harmonics; k++)
+        u += of(row, `${axis}1_h${k}_m`) * Math.sin(2 * Math.PI * k * phase + of(row, `${axis}1_h${k}_deg`) * Math.PI / 180);
+      assert.ok(Math.abs(place[n] - rest[n] - 3 * u) < 2e-6 + 1e-3 * peaks[row], `${axis} at ${phase}: ${place[n] - rest[n]}, not ${3 * u}`);
+    });
+  }
+
+  // along the curve by keys while the motion goes on
+  await page.evaluate(() => window.thrum.pause(false));
+  await page.keyboard.press('ArrowRight');
+  assert.equal(await page.evaluate(() => window.thrum.point()), row + 2);
+  assert.equal(await page.textContent('#pause'), 'Pause');
   assert.deepEqual(page.complaints, []);
   await page.close();
 });
