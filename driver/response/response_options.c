@@ -87,8 +87,9 @@ static const config_option options[] = {
     OPTION_TEXT("model", "MODEL", NULL, "the model", .argument = true, .path = CONFIG_PATH_NAMED,
                 .is_name = is_model_name_or_spec, AT(model_path)),
     OPTION_TEXT("output", "FOLDER", "nothing is written",
-                "response.csv, response.json, coefficients.npy, motions.npy and a plot; thrum view shows it", .letter = 'o',
-                .path = CONFIG_PATH_ALWAYS, AT(output)),
+                "response.csv, response.json, coefficients.npy, motions.npy and a plot; thrum view "
+                "shows it",
+                .letter = 'o', .path = CONFIG_PATH_ALWAYS, AT(output)),
 
     // what drives the body, or nothing
     OPTION_COUNT("mode", NULL,
