@@ -186,6 +186,11 @@ static double act(const thrum_kernel *by, const thrum_model *model, const double
   return model->levels ? thrum_passes.act(by, model, q, gradient, hessian) : 0.0;
 }
 
+double thrum_exchanged_energy_by(const thrum_kernel *by, const thrum_model *model,
+                                 const double *q) {
+  return fabs(act(by, model, q, NULL, NULL));
+}
+
 double thrum_strain_energy_by(const thrum_kernel *by, const thrum_model *model, const double *q,
                               double *work) {
   return own_energy(by, model, q, work) + act(by, model, q, NULL, NULL);

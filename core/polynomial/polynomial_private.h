@@ -14,6 +14,11 @@
 /* --- V by a given kernel: see thrum/polynomial.h ---------------------------------------------- */
 double thrum_strain_energy_by(const thrum_kernel *by, const thrum_model *model, const double *q,
                               double *work);
+
+/* The size of what actuators add to V(q) [J], 0 without levels: where it is below 0, V and the
+ * kinetic energy that it is exchanged with cancel, and errors are small beside this. */
+double thrum_exchanged_energy_by(const thrum_kernel *by, const thrum_model *model, const double *q);
+
 double thrum_internal_force_by(const thrum_kernel *by, const thrum_model *model, const double *q,
                                double *force, double *work);
 void thrum_tangent_stiffness_by(const thrum_kernel *by, const thrum_model *model, const double *q,

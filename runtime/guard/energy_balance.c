@@ -21,6 +21,7 @@
 
 #include <math.h>
 
+#include "core/polynomial/polynomial_private.h"
 #include "core/schemes/schemes.h"
 #include "core/schemes/staggered_momentum.h"
 #include "core/step/scheme_change.h"
@@ -129,6 +130,7 @@ bool thrum_energy_balance_enter(const thrum_model *model, thrum_state *state,
   // the error, and how much of it is none
   const double energy = energy_at(model, state, view, view->q_next, view->p_next, view->load);
   const double error = energy - b->explained, allowed = BALANCE_MOVED * b->moved;
+  b->scale = fmax(b->scale, thrum_exchanged_energy_by(view->kernel, model, view->q_next));
   const bool small = fabs(energy) < BALANCE_LEAST;
   b->grew = !small && !(error <= BALANCE_GREW * b->scale + allowed);
   if (is_monitored(state) && state->scheme == THRUM_SCHEME_FOX_GOODWIN && !small &&

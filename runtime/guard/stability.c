@@ -115,6 +115,12 @@ static double energy_at(const thrum_model *model, const thrum_state *state, thru
   return sum;
 }
 
+/* The size of an energy at q, with what it exchanges. */
+static double size_at(const thrum_model *model, const thrum_state_view *view, const double *q,
+                      double energy) {
+  return fabs(energy) + thrum_exchanged_energy_by(view->kernel, model, q);
+}
+
 /* --- before a step ---------------------------------------------------------------------------- */
 
 /* After a switch: back to imexv once the energy has fallen. */
@@ -123,7 +129,8 @@ static thrum_status look_for_return(const thrum_model *model, thrum_state *state
   if (state->report.steps < state->monitor.quiet_end)
     return THRUM_OK;
   state->monitor.quiet_end = state->report.steps + SWITCHED_STEPS;
-  const double energy = energy_at(model, state, view, view->q, view->p);
+  const double energy =
+      size_at(model, view, view->q, energy_at(model, state, view, view->q, view->p));
   if (!(energy < FALLEN * state->monitor.switched_energy || energy < ENERGY_LEAST))
     return THRUM_OK;
 
@@ -223,7 +230,7 @@ void thrum_stability_energy(const thrum_model *model, const thrum_state *state,
     view->p_before_next[i] = view->p[i];
   }
   report->energy = sum;
-  report->energy_scale = fabs(sum);
+  report->energy_scale = size_at(model, view, view->q, sum);
   report->modified_energy = modified;
   report->modified_energy_change = modified_to_come - modified;
   report->energy_known = true;
@@ -286,7 +293,8 @@ static void examine_end(const thrum_model *model, const thrum_state *state, thru
 
   // not <=, so that an energy that is no number counts as a jump
   const double expected = report->energy + step->work - step->dissipated;
-  const double scale = fmax(fabs(report->energy), fabs(expected));
+  const double scale =
+      size_at(model, view, view->q_next, fmax(fabs(report->energy), fabs(expected)));
   const double error = found.energy - expected;
   const double modified =
       error - found.modified_energy + report->modified_energy + report->modified_energy_change;
@@ -359,7 +367,8 @@ static void look_at_position(const thrum_model *model, thrum_state *state, thrum
   }
   report->energy =
       position_energy(model, state, view, 1.0, view->q_next, view->p_next, &modified) - work;
-  report->energy_scale = fmax(fabs(report->energy), fabs(report->energy + work));
+  report->energy_scale =
+      size_at(model, view, view->q_next, fmax(fabs(report->energy), fabs(report->energy + work)));
   report->modified_energy = modified;
   report->energy_known = report->energy_ahead = true;
   report->switch_energy = m->work + m->reference;
@@ -379,8 +388,8 @@ void thrum_stability_look_ahead(const thrum_model *model, thrum_state *state,
   // with staggered modes the kick has evaluated the energy before the step
   if (thrum_staggered_modes(state) > 0) {
     const double forces = report->modified_energy + report->modified_energy_change;
-    if (report->energy_known &&
-        (report->newton || !(forces <= LOAD_JUMP * report->energy) || is_restless(state, &step)))
+    if (report->energy_known && (report->newton || !(forces <= LOAD_JUMP * report->energy_scale) ||
+                                 is_restless(state, &step)))
       examine_end(model, state, view, &step, report);
     return;
   }
@@ -392,7 +401,7 @@ void thrum_stability_look_ahead(const thrum_model *model, thrum_state *state,
   memcpy(view->p_before_next, view->p, (size_t)state->rank * sizeof *view->p_before_next);
   report->energy =
       energy_at(model, state, view, view->q_next, view->p_next) - step.work + step.dissipated;
-  report->energy_scale = fabs(report->energy);
+  report->energy_scale = size_at(model, view, view->q_next, report->energy);
   report->energy_known = report->energy_ahead = true;
   report->switch_energy = m->work + m->modified_reference;
 }
@@ -601,7 +610,7 @@ static bool was_spoilt_before(const thrum_model *model, const thrum_state *state
                               thrum_state_view *view, const thrum_solve_report *report) {
   return report->energy_ahead &&
          !(fabs(energy_at(model, state, view, view->q, view->p) - report->switch_energy) <=
-           ERROR_URGENT * fabs(report->switch_energy));
+           ERROR_URGENT * size_at(model, view, view->q, report->switch_energy));
 }
 
 thrum_status thrum_stability_switch_to_energy(const thrum_model *model, thrum_state *state,
@@ -614,7 +623,8 @@ thrum_status thrum_stability_switch_to_energy(const thrum_model *model, thrum_st
 
   // a step that was examined beforehand has another energy than the one to compare with later
   const bool examined = report->energy_ahead || report->spoilt;
-  m->switched_energy = fabs(examined ? report->switch_energy : report->energy);
+  m->switched_energy =
+      size_at(model, view, view->q, examined ? report->switch_energy : report->energy);
   memset(report, 0, sizeof *report);
 
   // each switch makes the next return later
@@ -640,7 +650,8 @@ thrum_status thrum_stability_switch_to_energy(const thrum_model *model, thrum_st
     if (status >= 0) {
       energy_state.def.dt = state->def.dt;
       *state = energy_state;
-      m->switched_energy = energy_at(model, state, view, view->q, view->p);
+      m->switched_energy =
+          size_at(model, view, view->q, energy_at(model, state, view, view->q, view->p));
       return THRUM_OK;
     }
   }

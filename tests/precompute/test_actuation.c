@@ -168,6 +168,46 @@ static void all_integrators_step_actuators(void **unused) {
   }
 }
 
+/* A level that stays begins with an energy of zero, as its own cancels what it does. No guard takes
+ * the usual error of a scheme for growth beside that, and one beyond its limit is found. */
+static void guards_know_what_actuators_exchange(void **unused) {
+  (void)unused;
+  static const struct {
+    thrum_integrator integrator;
+    thrum_split_form form;
+    double pace; /* of the fastest mode, radians a step */
+    bool grows;
+  } all[] = {{THRUM_INTEGRATOR_IMEXV, THRUM_FORM_POSITION, 0.3, false},
+             {THRUM_INTEGRATOR_IMEXV, THRUM_FORM_THESIS, 0.3, false},
+             {THRUM_INTEGRATOR_NEWMARK, THRUM_FORM_POSITION, 0.3, false},
+             {THRUM_INTEGRATOR_FOX_GOODWIN, THRUM_FORM_POSITION, 0.3, false},
+             {THRUM_INTEGRATOR_VERLET, THRUM_FORM_POSITION, 0.3, false},
+             {THRUM_INTEGRATOR_VERLET, THRUM_FORM_POSITION, 2.1, true}};
+  const thrum_model *model = &made.found.model;
+  double levels[ACTUATORS];
+  for (int k = 0; k < ACTUATORS; k++)
+    levels[k] = 0.1 * all_levels[k];
+
+  for (size_t n = 0; n < sizeof all / sizeof *all; n++) {
+    thrum_state_def def = thrum_default_state_def();
+    thrum_error error = {0};
+    thrum_state *state = NULL;
+    def.integrator = all[n].integrator;
+    def.split_form = all[n].form;
+    def.dt = all[n].pace / sqrt(model->omega2[model->rank - 1]);
+    if (thrum_state_create(model, &def, &state, &error) < 0)
+      fail_msg("%s", error.message);
+    assert_int_equal(thrum_state_set_actuation(model, state, levels, &error), THRUM_OK);
+    for (int k = 0; k < (all[n].grows ? 8 : 100); k++)
+      assert_true(thrum_step(model, state, &error) >= 0);
+    const thrum_state_report report = thrum_state_report_get(state);
+    if (report.switched_steps > 0 || (report.grown_steps > 0) != all[n].grows)
+      fail_msg("case %zu: %lld steps switched, %lld grew", n, (long long)report.switched_steps,
+               (long long)report.grown_steps);
+    thrum_state_destroy(state);
+  }
+}
+
 /* A batch and a snapshot step to the same bits. */
 static void batches_and_snapshots_have_the_same_bits(void **unused) {
   (void)unused;
@@ -322,6 +362,7 @@ int main(void) {
       cmocka_unit_test(energy_is_the_work_of_the_actuators),
       cmocka_unit_test(setting_a_place_does_no_work),
       cmocka_unit_test(all_integrators_step_actuators),
+      cmocka_unit_test(guards_know_what_actuators_exchange),
       cmocka_unit_test(batches_and_snapshots_have_the_same_bits),
       cmocka_unit_test(a_gas_follows_boyle),
       cmocka_unit_test(what_cannot_act_is_refused),
