@@ -1,5 +1,5 @@
 /* Normal forms of one mode, or of two that are near 1:1, 1:2 or 1:3; see thrum/response.h and
- * docs/mathematics/21 (21.9)-(21.12).
+ * docs/mathematics/21 (21.9)-(21.13).
  *
  * All coordinates are sums of psi_p z^p over monomials z^p of z_1, zbar_1, z_2 and zbar_2, with
  * zdot_j = i (omega_j z_j + sum of f_jp z^p) over the monomials that turn as z_j does. Without
@@ -9,12 +9,18 @@
  *   (omega_i^2 - sigma^2) psi = -G + sigma S + T,   y = sigma psi + S,
  *
  * where S and T are what psi and y of lower orders become by f, and G is what the quadratic and
- * cubic forces have in the monomial of lower orders. They are taken apart by evaluations of R: that
- * of -q tells quadratic from cubic, and sums and differences tell the forces of pairs and triples.
- * Where z^p turns as z_j the orthogonality to the left eigenvector, y + omega_j psi = 0, closes the
- * row of mode j: f = (G - omega_j S - T) / (2 omega_j). Cost: some 800 forces for one mode, 200 for
- * two to order 3. Source: Vizzaccaro, Opreni, Salles, Frangi and Touze 2022, High order direct
- * parametrisation of invariant manifolds, doi:10.1007/s11071-022-07651-9.
+ * cubic forces have in the monomial of lower orders. With the tangent T(q) = omega^2 + A(q) + B(q,
+ * q)
+ *
+ *   G_p = sum over z^s z^w = z^p of M_s psi_w,   M_s = A(psi_s) / 2 + sum over z^u z^v = z^s of
+ *   B(psi_u, psi_v) / 3,
+ *
+ * and that of -q tells A from B. Where z^p turns as z_j the orthogonality to the left eigenvector,
+ * y
+ * + omega_j psi = 0, closes the row of mode j: f = (G - omega_j S - T) / (2 omega_j). Cost: 4
+ * tangents for each pair of monomials, some 400 for one mode and 6,000 for two to order 7. Source:
+ * Vizzaccaro, Opreni, Salles, Frangi and Touze 2022, High order direct parametrisation of invariant
+ * manifolds, doi:10.1007/s11071-022-07651-9.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include "core/base/fp_contract.h"
@@ -30,8 +36,8 @@
 
 #define NEAR 1e-3 /* of squared frequencies: a mode so near to a multiple is a resonance */
 
-/* Monomials of two variables to order 7, or of four to order 5, and the powers of each. */
-enum { MONOMIALS = 125, VARIABLES = 4, POWERS = 8 };
+/* Monomials of four variables to order 7; those to order 6 but for conjugates; powers of each. */
+enum { MONOMIALS = 329, MATRICES = 109, VARIABLES = 4, POWERS = 8 };
 
 typedef struct monomial {
   int power[VARIABLES]; /* of z_1, zbar_1, z_2, zbar_2 */
@@ -49,10 +55,14 @@ typedef struct form {
   monomial of[MONOMIALS];
   int place[POWERS][POWERS][POWERS][POWERS]; /* where a monomial is */
   bool known[MONOMIALS];
-  double f[2][MONOMIALS];                    /* 0: the monomial does not turn as the mode */
-  double *psi, *y;                           /* MONOMIALS x rank */
-  double *force, *sum, *plus, *minus, *part; /* rank each */
-  double *before, *rates;                    /* S and T, rank each */
+  double f[2][MONOMIALS]; /* 0: the monomial does not turn as the mode */
+  int matrix[MONOMIALS];  /* which matrix M is a monomial's, as its conjugate has the same */
+  int matrices;           /* so many are made */
+  double *psi, *y;        /* MONOMIALS x rank */
+  double *m;              /* MATRICES x rank x rank */
+  double *plus, *minus;   /* tangents, rank x rank */
+  double *force, *at;     /* G, and where a tangent is taken; rank each */
+  double *before, *rates; /* S and T, rank each */
   double *work;
 } form;
 
@@ -114,60 +124,79 @@ static double *y_of(const form *s, int at) {
   return s->y + at * s->rank;
 }
 
-/* Quadratic (odd: cubic) part of the force at s->sum, times scale, added to s->force. */
-static void add_part(form *s, bool odd, double scale) {
-  const int64_t r = s->rank;
-  thrum_internal_force(s->model, s->sum, s->plus, s->work);
-  for (int64_t i = 0; i < r; i++)
-    s->part[i] = -s->sum[i];
-  thrum_internal_force(s->model, s->part, s->minus, s->work);
-  for (int64_t i = 0; i < r; i++) {
-    const double even = 0.5 * (s->plus[i] + s->minus[i]), uneven = 0.5 * (s->plus[i] - s->minus[i]);
-    s->force[i] += scale * (odd ? uneven - s->model->omega2[i] * s->sum[i] : even);
-  }
+/* s->plus = T(at) and s->minus = T(-at). */
+static void take_tangents(form *s) {
+  thrum_tangent_stiffness(s->model, s->at, s->plus, s->work);
+  for (int64_t i = 0; i < s->rank; i++)
+    s->at[i] = -s->at[i];
+  thrum_tangent_stiffness(s->model, s->at, s->minus, s->work);
 }
 
-/* `weight` times the bilinear force of u and v, of which the quadratic one is that of u and u. */
-static void add_pair(form *s, double weight, const double *u, const double *v) {
+/* m += A(psi) / 2. */
+static void add_linear(form *s, const double *psi, double *m) {
+  memcpy(s->at, psi, (size_t)s->rank * sizeof *psi);
+  take_tangents(s);
+  for (int64_t e = 0; e < s->rank * s->rank; e++)
+    m[e] += 0.25 * (s->plus[e] - s->minus[e]);
+}
+
+static double norm_of(const form *s, const double *psi) {
+  double square = 0;
+  for (int64_t i = 0; i < s->rank; i++)
+    square += psi[i] * psi[i];
+  return sqrt(square);
+}
+
+/* m += weight B(u, v) / 3, found of both as long as `scale`, where none is lost beside the other.
+ */
+static void add_square(form *s, double weight, const double *u, const double *v, double *m) {
+  const double length = norm_of(s, u) / s->scale, other = norm_of(s, v) / s->scale;
+  if (!(length > 0 && other > 0))
+    return;
   for (int sign = 1; sign >= -1; sign -= 2) {
+    const double share = sign * weight * length * other / 24;
     for (int64_t i = 0; i < s->rank; i++)
-      s->sum[i] = u[i] + sign * v[i];
-    add_part(s, false, 0.25 * weight * sign);
+      s->at[i] = u[i] / length + sign * v[i] / other;
+    take_tangents(s);
+    for (int64_t e = 0; e < s->rank * s->rank; e++)
+      m[e] += share * (s->plus[e] + s->minus[e]);
   }
 }
 
-/* The same of the trilinear force of u, v and w. */
-static void add_triple(form *s, double weight, const double *u, const double *v, const double *w) {
-  for (int n = 0; n < 4; n++) {
-    const int second = n & 1 ? -1 : 1, third = n & 2 ? -1 : 1;
-    for (int64_t i = 0; i < s->rank; i++)
-      s->sum[i] = u[i] + second * v[i] + third * w[i];
-    add_part(s, true, weight * second * third / 24.0);
+/* The matrix M of a monomial that is known, with all below it. */
+static void make_matrix(form *s, int at) {
+  const monomial other = conjugate(&s->of[at]);
+  const int twin = place_of(s, &other);
+  if (twin < at) {
+    s->matrix[at] = s->matrix[twin];
+    return;
   }
-}
-
-/* s->force = what forces of lower orders have in a monomial: each pair and triple of factors once,
- * with the number of its orders. */
-static void gather(form *s, const monomial *of) {
-  memset(s->force, 0, (size_t)s->rank * sizeof *s->force);
-  for (int i = 0; i < s->count && s->of[i].order < of->order; i++) {
-    monomial rest, last;
-    if (!divide(of, &s->of[i], &rest))
+  s->matrix[at] = s->matrices++;
+  double *m = s->m + s->matrix[at] * s->rank * s->rank;
+  memset(m, 0, (size_t)(s->rank * s->rank) * sizeof *m);
+  add_linear(s, psi_of(s, at), m);
+  for (int i = 0; i < at; i++) {
+    monomial rest;
+    if (!divide(&s->of[at], &s->of[i], &rest))
       continue;
     const int j = place_of(s, &rest);
     if (i <= j)
-      add_pair(s, i == j ? 1 : 2, psi_of(s, i), psi_of(s, j));
-    for (int k = i; k < s->count && s->of[k].order < rest.order; k++) {
-      if (!divide(&rest, &s->of[k], &last))
-        continue;
-      const int l = place_of(s, &last);
-      if (k <= l)
-        add_triple(s,
-                   i == k && k == l   ? 1
-                   : i == k || k == l ? 3
-                                      : 6,
-                   psi_of(s, i), psi_of(s, k), psi_of(s, l));
-    }
+      add_square(s, i == j ? 1 : 2, psi_of(s, i), psi_of(s, j), m);
+  }
+}
+
+/* s->force = G, what forces of lower orders have in a monomial. */
+static void gather(form *s, const monomial *of) {
+  const int64_t r = s->rank;
+  memset(s->force, 0, (size_t)r * sizeof *s->force);
+  for (int n = 0; n < s->count && s->of[n].order < of->order; n++) {
+    monomial rest;
+    if (!divide(of, &s->of[n], &rest))
+      continue;
+    const double *m = s->m + s->matrix[n] * r * r, *psi = psi_of(s, place_of(s, &rest));
+    for (int64_t i = 0; i < r; i++)
+      for (int64_t j = 0; j < r; j++)
+        s->force[i] += m[i * r + j] * psi[j];
   }
 }
 
@@ -233,13 +262,13 @@ static bool solve(form *s, int at, int64_t *with) {
   return true;
 }
 
-/* All monomials by rising order; those that turn forward first, as their conjugates follow. False
- * as of one, with the monomial in *at. */
+/* All monomials by rising order; those that turn forward first, as their conjugates follow, and
+ * then the matrices of the order. False as of one, with the monomial in *at. */
 static bool solve_all(form *s, int *at, int64_t *with) {
   for (int n = 0; n < s->count; n++)
     if (s->of[n].order == 1)
       s->known[n] = true;
-  for (int order = 2; order <= s->order; order++)
+  for (int order = 1; order <= s->order; order++) {
     for (int forward = 1; forward >= 0; forward--)
       for (int n = 0; n < s->count; n++) {
         *at = n;
@@ -248,6 +277,10 @@ static bool solve_all(form *s, int *at, int64_t *with) {
         if (!solve(s, n, with))
           return false;
       }
+    for (int n = 0; n < s->count && order < s->order; n++)
+      if (s->of[n].order == order)
+        make_matrix(s, n);
+  }
   return true;
 }
 
@@ -260,8 +293,10 @@ static void lay(form *s, const thrum_model *model, thrum_room *room) {
   s->work = thrum_room_take(room, (int64_t)thrum_work_count(model));
   s->psi = thrum_room_take(room, MONOMIALS * r);
   s->y = thrum_room_take(room, MONOMIALS * r);
-  double **const arrays[] = {&s->force, &s->sum,    &s->plus, &s->minus,
-                             &s->part,  &s->before, &s->rates};
+  s->m = thrum_room_take(room, MATRICES * r * r);
+  s->plus = thrum_room_take(room, r * r);
+  s->minus = thrum_room_take(room, r * r);
+  double **const arrays[] = {&s->force, &s->at, &s->before, &s->rates};
   for (size_t n = 0; n < sizeof arrays / sizeof arrays[0]; n++)
     *arrays[n] = thrum_room_take(room, r);
 }
@@ -388,11 +423,11 @@ thrum_status thrum_normal_form_pair_find(const thrum_model *model, const int64_t
                                          thrum_normal_form_pair *found, thrum_error *error) {
   form *s = NULL;
   if (found == NULL || modes == NULL || modes[0] == modes[1] || ratio < 1 || ratio > 3 ||
-      order < 2 || order > THRUM_NORMAL_FORM_PAIR_ORDER)
+      order < 2 || order > THRUM_NORMAL_FORM_ORDER)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "found is NULL, both modes are one, ratio is not 1 to 3 or order not 2 "
                            "to %d",
-                           THRUM_NORMAL_FORM_PAIR_ORDER);
+                           THRUM_NORMAL_FORM_ORDER);
   THRUM_TRY(find(&s, model, 2, modes, ratio, order, scale, workspace, workspace_size, error));
   thrum_normal_form_pair answer = {.omega = {s->omega[0], s->omega[1]}};
   for (int j = 0; j < 2; j++)

@@ -35,11 +35,12 @@
   1e-3                     /* so little may a backbone end below --amplitude, and it is not above */
 #define AMPLITUDE_PASSES 6 /* at finding the bound */
 #define PAIR_NEAR                                                                                  \
-  0.05 /* of a ratio of frequencies: two modes so near to 1, 2 or 3 are one form                   \
-        */
-#define PAIR_ORDER 3
-#define FORM_PASSES 4  /* of finding the amplitude at which a normal form is found */
-#define FORM_SHARE 0.1 /* of the frequency that its first coefficient makes there */
+  0.05                  /* of a ratio of frequencies: two modes so near to 1, 2 or 3 are one form  \
+                         */
+#define FORM_PASSES 4   /* of finding the amplitude at which a normal form is found */
+#define FORM_SHARE 0.1  /* of the frequency that its first coefficient makes there */
+#define FORM_APART 0.01 /* of the frequency: orders so far apart are no longer good */
+#define FORM_HALVINGS 60
 
 /* --- the model -------------------------------------------------------------------------------- */
 
@@ -567,6 +568,57 @@ static void find_partner(const response_curve *c, int64_t modes[2], int32_t *rat
   }
 }
 
+/* By how much of its frequency the terms of two orders turn either mode faster at the most, where
+ * both furthest vertices are displaced by `amplitude`. each: such displacements by z = 1/2. */
+static double pair_apart(const response_curve *c, int32_t order, double amplitude,
+                         const double each[2]) {
+  const double z[2] = {0.5 * amplitude * each[0], 0.5 * amplitude * each[1]};
+  double apart[2] = {0, 0};
+  for (int32_t n = 0; n < c->pair.count; n++) {
+    const thrum_normal_form_term *term = &c->pair.terms[n];
+    const int32_t *p = term->powers, of = p[0] + p[1] + p[2] + p[3];
+    if (of == order || of == order - 1)
+      apart[term->of] += fabs(term->coefficient) * pow(z[0], p[0] + p[1]) * pow(z[1], p[2] + p[3]) /
+                         (z[term->of] * c->pair.omega[term->of]);
+  }
+  return fmax(apart[0], apart[1]);
+}
+
+/* The form of the mode and its partner, to the highest order in which no third mode is in resonance
+ * with them, and how far its orders agree. */
+static void find_pair(response_curve *c, double scale, void *workspace, size_t size) {
+  find_partner(c, c->pair_modes, &c->pair_ratio);
+  for (int32_t order = THRUM_NORMAL_FORM_ORDER; order >= 3 && c->pair_ratio > 0; order -= 2) {
+    c->pair_order = order;
+    if (thrum_normal_form_pair_find(c->loaded, c->pair_modes, c->pair_ratio, order, scale,
+                                    workspace, size, &c->pair, NULL) >= 0)
+      break;
+  }
+  double each[2] = {0, 0};
+  bool seen = c->pair.count > 0;
+  for (int j = 0; j < 2 && seen; j++) {
+    double q[THRUM_RANK_MAX] = {0};
+    seen = thrum_mode_add(c->shape, c->pair_modes[j], 1, q, NULL) >= 0;
+    each[j] = fabs(q[c->pair_modes[j]]);
+  }
+
+  // what is apart grows with the amplitude, so halving finds it
+  for (int n = 0; n < 2; n++) {
+    const int32_t order = 5 + 2 * n;
+    double low = 0, high = 1;
+    c->pair_amplitudes[n] = NAN;
+    if (!seen || order > c->pair_order || !(pair_apart(c, order, 1, each) > 0))
+      continue;
+    while (pair_apart(c, order, high, each) < FORM_APART)
+      high *= 2;
+    for (int step = 0; step < FORM_HALVINGS; step++) {
+      const double middle = 0.5 * (low + high);
+      *(pair_apart(c, order, middle, each) < FORM_APART ? &low : &high) = middle;
+    }
+    c->pair_amplitudes[n] = high;
+  }
+}
+
 /* The normal form of the mode in all coordinates, and that with its partner, where the model has
  * one. A first one says at which amplitude its orders are of one size, which is where the next is
  * found. */
@@ -585,17 +637,18 @@ static thrum_status find_form(response_curve *c, thrum_error *error) {
     const double first = fabs(c->form.coefficients[0]);
     scale = first > 0 ? sqrt(FORM_SHARE * c->form.omega / first) : scale;
   }
-  find_partner(c, c->pair_modes, &c->pair_ratio);
-  if (c->pair_ratio > 0)
-    thrum_normal_form_pair_find(model, c->pair_modes, c->pair_ratio, PAIR_ORDER, scale, workspace,
-                                size, &c->pair, NULL);
+  find_pair(c, scale, workspace, size);
   free(workspace);
 
-  // the last order alone makes a hundredth of the frequency there
-  const double last = fabs(c->form.coefficients[2]);
-  c->form_amplitude = NAN;
-  if (c->form.omega > 0 && last > 0 && thrum_mode_add(c->shape, mode, 1, q, NULL) >= 0)
-    c->form_amplitude = 2 * pow(0.01 * c->form.omega / last, 1.0 / 6) / fabs(q[mode]);
+  // one order alone makes a hundredth of the frequency there
+  const bool seen = c->form.omega > 0 && thrum_mode_add(c->shape, mode, 1, q, NULL) >= 0;
+  for (int n = 0; n < 2; n++) {
+    const double next = fabs(c->form.coefficients[n + 1]);
+    c->form_amplitudes[n] = NAN;
+    if (seen && next > 0)
+      c->form_amplitudes[n] =
+          2 * pow(FORM_APART * c->form.omega / next, 1.0 / (4 + 2 * n)) / fabs(q[mode]);
+  }
   return THRUM_OK;
 }
 

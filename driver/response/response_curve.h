@@ -40,8 +40,11 @@ typedef struct response_curve {
   thrum_normal_form_pair pair; /* of it and a mode near 1:1, 1:2 or 1:3; count 0: there is none */
   int64_t pair_modes[2];       /* the lower one first */
   int32_t pair_ratio;
-  double form_amplitude; /* of the mode at which orders 5 and 7 of it are a hundredth apart [m] */
-  thrum_error failure;   /* of keeping rows */
+  int32_t pair_order;
+  /* Displacements of the furthest vertex of the mode, of each of the two, at which orders 3 and 5,
+   * then 5 and 7 are a hundredth of the frequency apart [m]; NaN: they are not both there. */
+  double form_amplitudes[2], pair_amplitudes[2];
+  thrum_error failure; /* of keeping rows */
   double seconds;
 } response_curve;
 

@@ -12,6 +12,7 @@
 
 #define TWIN 1e-3         /* of a frequency: modes that near are one pair */
 #define RESONANCES_MOST 3 /* that the table names */
+#define ORDER_PRINTED 3   /* of the normal form of two modes */
 #define TAIL_WARNED 1e-3  /* of the kinetic energy in the last two harmonics */
 
 /* How many there are on the curve. */
@@ -149,7 +150,7 @@ static void add_form(const response_curve *c, cJSON *object) {
   json_numbers(form, "coefficients", c->form.coefficients, 3);
   json_number(form, "second_ratio", form_second(&c->form));
   json_number(form, "third_ratio", form_third(&c->form));
-  json_number(form, "good_to_m", c->form_amplitude);
+  json_numbers(form, "good_to_m", c->form_amplitudes, 2);
 }
 
 static void add_pair(const response_curve *c, cJSON *object) {
@@ -160,6 +161,8 @@ static void add_pair(const response_curve *c, cJSON *object) {
                (const double[]){(double)c->pair_modes[0] + 1, (double)c->pair_modes[1] + 1}, 2);
   json_number(form, "ratio", c->pair_ratio);
   json_numbers(form, "omega", c->pair.omega, 2);
+  json_number(form, "order", c->pair_order);
+  json_numbers(form, "good_to_m", c->pair_amplitudes, 2);
   cJSON *list = cJSON_AddArrayToObject(form, "terms");
   for (int n = 0; n < c->pair.count; n++) {
     const thrum_normal_form_term *term = &c->pair.terms[n];
@@ -173,21 +176,50 @@ static void add_pair(const response_curve *c, cJSON *object) {
   }
 }
 
-/* A row for each term of the normal form of two modes. */
+/* How far a form is good, and the order up to which all agree there. */
+static void print_good(const double amplitudes[2]) {
+  static const char *const orders[] = {"3 and 5", "5 and 7"};
+  bool any = false;
+  for (int n = 0; n < 2; n++) {
+    if (isfinite(amplitudes[n]))
+      printf("%s %s at %.3g m", any ? "," : "orders", orders[n], amplitudes[n]);
+    any = any || isfinite(amplitudes[n]);
+  }
+  printf(any ? " are 1 %% apart\n" : "one order\n");
+}
+
+static void print_form(const response_curve *c) {
+  printf("normal form  %s; d omega/c^2 = %.6g, e omega^2/c^3 = %.6g; ",
+         c->form.coefficients[0] > 0 ? "hardening" : "softening", form_second(&c->form),
+         form_third(&c->form));
+  print_good(c->form_amplitudes);
+}
+
+/* A row for each term of the normal form of two modes, to order 3: the report has the others. */
 static void print_pair(const response_curve *c) {
   static const char *const names[4] = {"z1", "z1*", "z2", "z2*"};
   printf("two modes    z1 of mode %" PRId64 " and z2 of mode %" PRId64
          " near 1:%d (%.5g): z' = i (omega z + sum of f z^p)\n",
          c->pair_modes[0] + 1, c->pair_modes[1] + 1, (int)c->pair_ratio,
          c->pair.omega[1] / c->pair.omega[0]);
+  int left_out = 0;
   for (int n = 0; n < c->pair.count; n++) {
     const thrum_normal_form_term *term = &c->pair.terms[n];
+    if (term->powers[0] + term->powers[1] + term->powers[2] + term->powers[3] > ORDER_PRINTED) {
+      left_out++;
+      continue;
+    }
     printf("             z%d'  %+.6g ", (int)term->of + 1, term->coefficient);
     for (int v = 0; v < 4; v++)
       for (int power = 0; power < term->powers[v]; power++)
         printf(" %s", names[v]);
     printf("\n");
   }
+  if (left_out > 0)
+    printf("             and %d terms to order %d in the report of --json\n", left_out,
+           (int)c->pair_order);
+  printf("             both furthest vertices displaced: ");
+  print_good(c->pair_amplitudes);
 }
 
 /* How far the mesh misses the orbits. */
@@ -318,10 +350,7 @@ void response_report_table(const response_curve *curve, const response_worth *wo
   }
   print_resonances(curve);
   if (curve->form.omega > 0)
-    printf("normal form  %s; d omega/c^2 = %.6g, e omega^2/c^3 = %.6g; orders 5 and 7 are 1 %% "
-           "apart at %.3g m\n",
-           curve->form.coefficients[0] > 0 ? "hardening" : "softening", form_second(&curve->form),
-           form_third(&curve->form), curve->form_amplitude);
+    print_form(curve);
   if (curve->pair.count > 0)
     print_pair(curve);
   if (report->balance > 0)

@@ -236,8 +236,7 @@ typedef struct thrum_normal_form_term {
   double coefficient; /* [1/s over (kg^1/2 m) to the order less one] */
 } thrum_normal_form_term;
 
-#define THRUM_NORMAL_FORM_PAIR_ORDER 5
-#define THRUM_NORMAL_FORM_TERMS_MAX 64
+#define THRUM_NORMAL_FORM_TERMS_MAX 76 /* of two modes near 1:1 to order 7 */
 typedef struct thrum_normal_form_pair {
   double omega[2]; /* [rad/s] */
   int32_t count;
@@ -245,7 +244,7 @@ typedef struct thrum_normal_form_pair {
 } thrum_normal_form_pair;
 
 /* The normal form of two modes (0-based) of which the second has about `ratio` times the frequency
- * of the first, 1 to 3, to the order 2 to THRUM_NORMAL_FORM_PAIR_ORDER: all terms that turn as
+ * of the first, 1 to 3, to the order 2 to THRUM_NORMAL_FORM_ORDER: all terms that turn as
  * their mode does where the ratio is exact. The rest as of thrum_normal_form_find, whose workspace
  * is enough. */
 THRUM_API thrum_status thrum_normal_form_pair_find(const thrum_model *model, const int64_t modes[2],

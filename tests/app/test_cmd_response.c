@@ -288,6 +288,29 @@ static void a_backbone_ends_at_its_amplitude(void **state) {
   cJSON_Delete(object);
 }
 
+/* Of two modes near 1:1 all terms to order 7 are there, and they agree less far than of one. */
+static void two_modes_near_a_ratio_have_one_normal_form(void **state) {
+  (void)state;
+  program_result made = thrum_run(folder, "precompute", "beam:6x1x1@1x0.05x0.0515", "--order", "2",
+                                  "--fix", "x<0.001", "--fix", "x>0.999", "--young", "2e9",
+                                  "--modes", "2", "--rank", "5", "-o", "near.npz", "-q", NULL);
+  program_result_free(&made);
+  cJSON *object = program_object(thrum_run(folder, "response", "near.npz", "--mode", "1",
+                                           "--points", "3", "--no-check", "--json", NULL),
+                                 3);
+  const cJSON *one = cJSON_GetObjectItem(object, "normal_form");
+  const cJSON *two = cJSON_GetObjectItem(object, "normal_form_pair");
+  assert_true(json_value(two, "ratio") == 1);
+  assert_true(json_value(two, "order") == 7);
+  assert_int_equal(cJSON_GetArraySize(cJSON_GetObjectItem(two, "terms")), 76);
+  for (int n = 0; n < 2; n++) {
+    const double of_one = cJSON_GetArrayItem(cJSON_GetObjectItem(one, "good_to_m"), n)->valuedouble;
+    const double of_two = cJSON_GetArrayItem(cJSON_GetObjectItem(two, "good_to_m"), n)->valuedouble;
+    assert_true(of_two > 0.1 * of_one && of_two < of_one * (1 + 1e-9));
+  }
+  cJSON_Delete(object);
+}
+
 static void a_backbone_ends_at_the_size_of_the_body(void **state) {
   (void)state;
   cJSON *object =
@@ -521,6 +544,7 @@ int main(void) {
       cmocka_unit_test(a_sharp_resonance_of_a_harmonic_does_not_lose_the_curve),
       cmocka_unit_test(a_backbone_ends_at_its_amplitude),
       cmocka_unit_test(a_backbone_ends_at_the_size_of_the_body),
+      cmocka_unit_test(two_modes_near_a_ratio_have_one_normal_form),
       cmocka_unit_test(a_mesh_that_misses_its_orbit_flags_the_curve),
       cmocka_unit_test(a_mesh_is_damped_as_the_mode_that_swings),
       cmocka_unit_test(a_free_mesh_feels_what_bends_it),

@@ -618,7 +618,7 @@ static void the_normal_form_of_two_modes_is_their_backbone(void **context) {
     size_t size = 0;
     assert_int_equal(thrum_normal_form_size(&m.model, 0, &size, NULL), THRUM_OK);
     void *memory = aligned_alloc(64, (size + 63) / 64 * 64);
-    for (int order = 3; order <= 5; order += 2) {
+    for (int order = 3; order <= 7; order += 2) {
       thrum_normal_form_pair form;
       if (thrum_normal_form_pair_find(&m.model, modes, ratio, order, 0.3, memory, size, &form,
                                       NULL) != THRUM_OK)
@@ -630,7 +630,7 @@ static void the_normal_form_of_two_modes_is_their_backbone(void **context) {
         def.harmonics = 9;
         def.from = 0.5;
         def.to = 2;
-        def.amplitude = half ? 0.03 : 0.06;
+        def.amplitude = (half ? 0.03 : 0.06) * (order == 7 ? 3 : 1);
         def.stability = 0;
         curve *c = follow(&m.model, &def);
         const double *x = c->coefficients[c->count - 1];
@@ -638,7 +638,7 @@ static void the_normal_form_of_two_modes_is_their_backbone(void **context) {
         misses[half] = form_misses(&form, ratio, c->points[c->count - 1].omega, harmonics);
         free(c);
       }
-      assert_true(misses[0] < 1e-6 && misses[0] > 0);
+      assert_true(misses[0] < 1e-5 && misses[0] > 0);
       assert_true(log2(misses[0] / misses[1]) > order + 0.8);
     }
     free(memory);
