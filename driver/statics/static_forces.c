@@ -16,6 +16,7 @@
 #include "io/file.h"
 #include "io/json.h"
 #include "platform/allocate.h"
+#include "precompute/fem/fem_actuators.h"
 #include "precompute/fem/fem_inverted.h"
 #include "precompute/model/load_share.h"
 #include "precompute/model/model_fem.h"
@@ -257,6 +258,8 @@ thrum_status static_forces_reduced(const static_request *request, const thrum_mo
     const thrum_fem_inversion inversion = thrum_fem_inverted(&body.fem, u);
     forces->inverted = inversion.count;
     forces->inverted_tet = inversion.tet;
+    thrum_fem_acting_loads(&body.fem, u, loads);
+    body.fem.acting = NULL;
     thrum_fem_energy(&body.fem, u, internal);
   }
 

@@ -322,7 +322,7 @@ static thrum_status look_forces(static_answer *answer, search *s, thrum_error *e
   // what the model holds is held as well
   for (int64_t v = 0; v < model->vertex_count; v++)
     s->held[v] |= model->fixed[v];
-  thrum_full_internal_forces(s->body, s->moves);
+  thrum_full_internal_forces(s->body, s->moves, s->forces);
   const thrum_fem_inversion inversion = thrum_full_inverted(s->body);
   answer->forces.inverted = inversion.count;
   answer->forces.inverted_tet = inversion.tet;

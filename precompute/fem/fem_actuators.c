@@ -145,6 +145,24 @@ static double volume_at(const thrum_fem *fem, const thrum_actuator_surface *s, c
   return sum;
 }
 
+/* Adds `by` times the integral of each shape function times n. */
+static void push_faces(const thrum_fem *fem, const thrum_actuator_surface *s, const double *u,
+                       double by, double *loads) {
+  thrum_face_point points[THRUM_FACE_POINTS];
+  const int count = thrum_face_points(s->nodes, points);
+  for (int64_t f = 0; f < s->face_count; f++) {
+    const int32_t *face = s->faces + f * s->nodes;
+    double nodes[THRUM_FACE_NODES][3];
+    for (int a = 0; a < s->nodes; a++)
+      node_at(fem, s, u, face[a], nodes[a]);
+    for (int p = 0; p < count; p++) {
+      const face_at at = face_at_point(s, nodes, &points[p]);
+      for (int a = 0; a < s->nodes; a++)
+        add_at(fem, s, face[a], at.normal, by * points[p].weight * points[p].shape[a], loads);
+    }
+  }
+}
+
 /* --- a matrix --------------------------------------------------------------------------------- */
 
 /* Adds a number to an entry, given once for each of both triangles, where the pattern has it. */
@@ -426,6 +444,20 @@ double thrum_fem_acting_energy(const thrum_fem *fem, const double *u, double *fo
       thrum_fem_actuator(fem, one, u, slope, force);
   }
   return sum;
+}
+
+void thrum_fem_acting_loads(const thrum_fem *fem, const double *u, double *loads) {
+  double slope;
+  for (int64_t k = 0; fem->acting && k < fem->acting->count; k++) {
+    if (is_idle(fem, k))
+      continue;
+    const thrum_actuator *one = &fem->acting->actuators[k];
+    energy_at(fem, k, thrum_fem_actuator(fem, one, u, 0, NULL), &slope);
+    if (one->surface.face_count > 0)
+      push_faces(fem, &one->surface, u, slope, loads);
+    else
+      thrum_fem_actuator(fem, one, u, -slope, loads);
+  }
 }
 
 void thrum_fem_acting_stiffness(const thrum_fem *fem, const double *u, thrum_sparse *stiffness) {

@@ -42,4 +42,9 @@ struct thrum_fem_acting {
 double thrum_fem_acting_energy(const thrum_fem *fem, const double *u, double *force);
 void thrum_fem_acting_stiffness(const thrum_fem *fem, const double *u, thrum_sparse *stiffness);
 
+/* Adds what pushes and pulls at all vertices [N], held ones included: where a vertex is free, less
+ * the gradient of that energy. At an edge that is held the volume of an open surface has another
+ * gradient than what its pressure pushes. */
+void thrum_fem_acting_loads(const thrum_fem *fem, const double *u, double *loads);
+
 #endif

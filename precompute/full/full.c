@@ -395,9 +395,13 @@ double thrum_full_least_stretch(const thrum_full *full, bool gives_way) {
   return least;
 }
 
-void thrum_full_internal_forces(thrum_full *full, double *forces) {
+void thrum_full_internal_forces(thrum_full *full, double *forces, double *loads) {
+  thrum_fem alone = *full_elastic(full);
+  alone.acting = NULL;
   full_place(full, full->u, 0, NULL, full->place);
-  thrum_fem_energy(full_elastic(full), full->place, forces);
+  thrum_fem_energy(&alone, full->place, forces);
+  if (loads)
+    thrum_fem_acting_loads(full_elastic(full), full->place, loads);
 }
 
 thrum_fem_inversion thrum_full_inverted(thrum_full *full) {

@@ -174,8 +174,9 @@ thrum_status thrum_full_correct(thrum_full *full, const double *forces, int32_t 
 
 /* R(u) at the present displacement on all components, held ones included (3 vertex_count) [N]: what
  * the elements ask of the loads and of what holds the body. Of all vertices their sum, and that of
- * their moments about where the vertices are, is zero. */
-void thrum_full_internal_forces(thrum_full *full, double *forces);
+ * their moments about where the vertices are, is zero. What actuators push and pull is no part of
+ * it, and is added to `loads` (NULL: not wanted). */
+void thrum_full_internal_forces(thrum_full *full, double *forces, double *loads);
 
 /* Which tetrahedra are turned inside out at the present displacement. */
 thrum_fem_inversion thrum_full_inverted(thrum_full *full);

@@ -105,6 +105,44 @@ static void what_is_no_actuation_is_refused(void **state) {
   program_result_free(&run);
 }
 
+static void three_of(const cJSON *object, const char *key, double values[3]) {
+  const cJSON *list = cJSON_GetObjectItemCaseSensitive(object, key);
+  for (int axis = 0; axis < 3; axis++)
+    values[axis] = cJSON_GetArrayItem(list, axis)->valuedouble;
+}
+
+/* Theorem: a pressure p on a surface whose edge is held pushes by p times the area within the edge,
+ * whatever its shape; what holds the edge bears all of it. A rope to a place that stays pulls at
+ * the body as a whole. */
+static void what_holds_a_body_bears_what_acts(void **state) {
+  (void)state;
+  static const char *const acts[2][2] = {
+      {"push=pressure:back", "push=constant:50"},
+      {"rope=tendon:at:0.05,0.3,0,near:0.05,0.005,0", "rope=constant:0.5"}};
+  for (int n = 0; n < 2; n++) {
+    program_result run = thrum_run(folder, "precompute", "beam:4x1x4@0.1x0.01x0.1", "--order", "1",
+                                   "--fix", "x<1e-6", "--fix", "x>0.09999", "--fix", "z<-0.04999",
+                                   "--fix", "z>0.04999", "--young", "1e5", "--modes", "2",
+                                   "--actuator", acts[n][0], "-o", "plate.npz", "-q", NULL);
+    assert_int_equal(run.exit_code, 0);
+    program_result_free(&run);
+    for (int full = 0; full < 2; full++) {
+      double force[3], load[3];
+      cJSON *object =
+          program_object(thrum_run(folder, "static", "plate.npz", "--actuate", acts[n][1], "--json",
+                                   "--accept-error", "100%", "-q", full ? "--full" : NULL, NULL),
+                         0);
+      const cJSON *found = cJSON_GetObjectItemCaseSensitive(object, "reactions");
+      three_of(found, "force_n", force);
+      three_of(found, "load_force_n", load);
+      assert_true(fabs(load[1] / (n ? 0.5 : -0.5) - 1) < (n ? 1e-3 : 1e-12));
+      assert_true(fabs(force[1] / load[1] + 1) < (full ? 1e-9 : 0.1));
+      assert_true(!full || json_value(found, "imbalance_share") < 1e-9);
+      cJSON_Delete(object);
+    }
+  }
+}
+
 /* A gas acts at level 0 as well: static has it without --actuate, and what would leave it out is
  * refused. */
 static void a_gas_is_never_left_out(void **state) {
@@ -156,6 +194,7 @@ int main(void) {
       cmocka_unit_test(info_lists_what_acts),
       cmocka_unit_test(a_run_has_the_work_of_its_actuators),
       cmocka_unit_test(the_mesh_comes_to_rest_where_the_model_does),
+      cmocka_unit_test(what_holds_a_body_bears_what_acts),
       cmocka_unit_test(a_gas_is_never_left_out),
       cmocka_unit_test(what_is_no_actuation_is_refused),
   };
