@@ -64,6 +64,10 @@ static thrum_status load_model(single_run *single, model_hash *hash, thrum_error
         model_masters_asked(single->model, request->rank, request->condense, &masters, error));
     if (masters > 0)
       THRUM_TRY(actuate_specs_no_gas(single->model, "a condensed run", error));
+    if (masters > 0 && request->actuate_count > 0)
+      return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                             "--actuate acts on coordinates that are stepped, and fewer of them "
+                             "leave some that follow at rest: leave --rank and --condense out");
     if (masters > 0 && simulate_spins(request))
       return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                              "--spin steps all coordinates; leave --rank out");
@@ -111,6 +115,8 @@ static void warn_before(const single_run *single) {
   if (request->load_count == 0 && request->start_count == 0 && request->base_motion_count == 0 &&
       request->actuate_count == 0 && !simulate_spins(request))
     config_warn("no --load, no --base-motion, no --start and no --spin: the body stays at rest");
+  actuate_specs_warn(single->model, request->actuates, request->actuate_count, request->time,
+                     request->full);
   locking_warn(path_basename(request->model_path), single->model);
   if (request->full)
     return;

@@ -61,6 +61,30 @@ thrum_status actuate_specs_no_gas(const thrum_model *model, const char *what, th
                          thrum_model_actuator_text(model, gas), what);
 }
 
+/* Does one of these pull at a body from a place that stays? */
+static bool pulls_from_outside(const thrum_model *model, const actuate_spec *specs, int64_t count) {
+  int64_t index = 0;
+  for (int64_t n = 0; n < count; n++)
+    if (thrum_model_actuator(model, specs[n].name, &index, NULL) >= 0 &&
+        (strstr(thrum_model_actuator_text(model, index), ":at:") != NULL ||
+         strstr(thrum_model_actuator_text(model, index), ",at:") != NULL))
+      return true;
+  return false;
+}
+
+void actuate_specs_warn(const thrum_model *model, const actuate_spec *specs, int64_t count,
+                        double time, bool full) {
+  for (int64_t n = 0; n < count; n++)
+    if (specs[n].course.from >= time)
+      config_warn("--actuate '%s' begins at %g s and has no effect: the run ends at %g s",
+                  specs[n].text, specs[n].course.from, time);
+
+  // a rope to such a place is the one actuator that pulls at a body as a whole
+  if (!full && model->rigid != NULL && pulls_from_outside(model, specs, count))
+    config_warn("nothing holds the body: what a rope would move it by as a whole has no effect; "
+                "the rest deforms it");
+}
+
 static void add_levels(const thrum_model *model, const actuate_spec *spec, double factor,
                        double *levels) {
   int64_t index = 0;

@@ -32,6 +32,11 @@ bool actuate_specs_act(const thrum_model *model, int64_t count);
 /* Refuses a model with a gas, which `what` would leave out. */
 thrum_status actuate_specs_no_gas(const thrum_model *model, const char *what, thrum_error *error);
 
+/* Warns of courses without effect in a run of `time` s, whole or reduced: they begin too late, or
+ * pull at a body that nothing holds. The names were checked. */
+void actuate_specs_warn(const thrum_model *model, const actuate_spec *specs, int64_t count,
+                        double time, bool full);
+
 /* Their mean levels over a step into `levels` (of all actuators of the model), or their whole
  * strength times a factor. The names were checked. */
 void actuate_specs_levels(const thrum_model *model, const actuate_spec *specs, int64_t count,

@@ -105,6 +105,33 @@ static void what_is_no_actuation_is_refused(void **state) {
   program_result_free(&run);
 }
 
+/* Levels that no step sees are named, and coordinates that only follow are no place to act on. */
+static void what_has_no_effect_is_said(void **state) {
+  (void)state;
+  program_result run = thrum_run(folder, "simulate", "arm.npz", "-o", "late", "--time", "0.01",
+                                 "--actuate", "wire=constant:1,from=3", "-q", NULL);
+  assert_int_equal(run.exit_code, 0);
+  assert_non_null(strstr(run.err, "--actuate 'wire=constant:1,from=3' begins at 3 s"));
+  program_result_free(&run);
+  run = thrum_run(folder, "simulate", "arm.npz", "-o", "few", "--rank", "4", "--actuate",
+                  "wire=constant:1", "-q", NULL);
+  assert_int_equal(run.exit_code, 1);
+  assert_non_null(strstr(run.err, "leave --rank and --condense out"));
+  assert_false(file_exists(in_folder("few")));
+  program_result_free(&run);
+
+  // a rope from outside pulls at a free body as a whole
+  run = thrum_run(folder, "precompute", "beam:2x1x1@1x0.1x0.1", "--order", "1", "--modes", "2",
+                  "--actuator", "rope=tendon:at:0,0,5,near:1,0,0.05", "-o", "free.npz", "-q", NULL);
+  assert_int_equal(run.exit_code, 0);
+  program_result_free(&run);
+  run = thrum_run(folder, "simulate", "free.npz", "-o", "pulled", "--time", "0.01", "--actuate",
+                  "rope=constant:1", "-q", NULL);
+  assert_int_equal(run.exit_code, 0);
+  assert_non_null(strstr(run.err, "what a rope would move it by as a whole has no effect"));
+  program_result_free(&run);
+}
+
 static void three_of(const cJSON *object, const char *key, double values[3]) {
   const cJSON *list = cJSON_GetObjectItemCaseSensitive(object, key);
   for (int axis = 0; axis < 3; axis++)
@@ -194,6 +221,7 @@ int main(void) {
       cmocka_unit_test(info_lists_what_acts),
       cmocka_unit_test(a_run_has_the_work_of_its_actuators),
       cmocka_unit_test(the_mesh_comes_to_rest_where_the_model_does),
+      cmocka_unit_test(what_has_no_effect_is_said),
       cmocka_unit_test(what_holds_a_body_bears_what_acts),
       cmocka_unit_test(a_gas_is_never_left_out),
       cmocka_unit_test(what_is_no_actuation_is_refused),
