@@ -232,6 +232,9 @@ void thrum_contact_reset(thrum_contact *contact) {
     return;
   const thrum_contact_view view = thrum_contact_view_of(contact);
   memset(view.pull_forces, 0, (size_t)contact->pull_max * 3 * sizeof(double));
+  memset(view.pressing, 0, (size_t)contact->rank * sizeof(double));
+  memset(contact->pressed, 0, sizeof contact->pressed);
+  memset(contact->whirled, 0, sizeof contact->whirled);
   contact->touch_count = contact->row_count = contact->pull_count = 0;
   contact->flow = contact->stored = contact->lost = contact->impact = contact->owed = 0.0;
   contact->driven = contact->granted = contact->pulled = 0.0;

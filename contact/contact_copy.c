@@ -44,7 +44,8 @@ static bool are_numbers_right(const thrum_contact *header) {
                            header->normal, header->impact};
   return thrum_all_finite(values, sizeof values / sizeof values[0]) &&
          thrum_all_finite(header->moved, 3) && thrum_all_finite(header->force, 3) &&
-         thrum_all_finite(header->turned, 3) && thrum_all_finite(header->torque, 3);
+         thrum_all_finite(header->turned, 3) && thrum_all_finite(header->torque, 3) &&
+         thrum_all_finite(header->pressed, 3) && thrum_all_finite(header->whirled, 3);
 }
 
 static bool is_touch_right(const thrum_contact *header, const unsigned char *at) {
@@ -56,6 +57,16 @@ static bool is_touch_right(const thrum_contact *header, const unsigned char *at)
   return touch.point >= 0 && touch.point < header->point_count && touch.obstacle >= 0 &&
          touch.face >= 0 && is_count(touch.towards, 1) &&
          thrum_all_finite(values, sizeof values / sizeof values[0]);
+}
+
+static bool are_forces_right(const unsigned char *bytes, size_t from, int64_t count) {
+  bool right = true;
+  for (int64_t n = 0; right && n < count; n++) {
+    double force;
+    memcpy(&force, bytes + from + (size_t)n * sizeof force, sizeof force);
+    right = isfinite(force);
+  }
+  return right;
 }
 
 thrum_status thrum_contact_copy_check(const thrum_contact *contact, const void *copy,
@@ -85,11 +96,10 @@ thrum_status thrum_contact_copy_check(const thrum_contact *contact, const void *
   for (int64_t n = 0; right && n < header.touch_max; n++)
     if (n < header.touch_count || n >= header.touch_max - header.struck)
       right = is_touch_right(&header, bytes + touches + (size_t)n * sizeof(thrum_touching));
-  for (int64_t n = 0; right && n < 3 * header.pull_max; n++) {
-    double force;
-    memcpy(&force, bytes + ((const unsigned char *)(view.pull_forces + n) - own), sizeof force);
-    right = isfinite(force);
-  }
+  right = right && are_forces_right(bytes, (size_t)((const unsigned char *)view.pull_forces - own),
+                                    3 * header.pull_max);
+  right = right && are_forces_right(bytes, (size_t)((const unsigned char *)view.pressing - own),
+                                    header.rank);
   return right ? THRUM_OK
                : thrum_error_set(error, THRUM_BAD_VALUE,
                                  "the snapshot holds a number of a contact that is out of its "

@@ -49,10 +49,7 @@ double thrum_pairs_way_bound(const thrum_pairs_run *run, int64_t member) {
   const thrum_contact_run *body = run->view.runs + member;
   const thrum_skin *skin = run->members[member].skin;
   const thrum_skin_view view = thrum_skin_view_of(skin);
-  const bool moved = run->moved || body->contact->pull_count > 0;
-  const double *d = moved ? body->view.moved : body->view.unloaded;
-  const double *shift = moved ? body->moved : body->unloaded;
-  const double *turn = moved ? body->turned : body->unloaded_turn;
+  const double *d = body->view.sought, *shift = body->sought, *turn = body->sought_turn;
   double way = 0.0, middle[3], arm[3];
   for (int64_t i = 0; i < skin->rank; i++)
     way += view.extents[i] * fabs(d[i]);

@@ -72,22 +72,18 @@ typedef struct search {
 /* Position, displacement and the shift in it of a point; place: nine numbers. */
 static void fill_way(const thrum_pairs_run *run, const thrum_contact_run *body, const double *rows,
                      const double rest[3], double place[9]) {
-  const bool moved = run->moved || body->contact->pull_count > 0;
-  thrum_point_way(body, rows, rest, moved ? body->view.moved : body->view.unloaded, place,
-                  place + 3);
+  thrum_point_way(body, rows, rest, body->view.sought, place, place + 3);
   memset(place + 6, 0, 3 * sizeof *place);
   if (run->own)
     return;
 
   // by the body as a whole
-  const double *way = moved ? body->moved : body->unloaded;
-  const double *turn = moved ? body->turned : body->unloaded_turn;
   double arm[3], lever[3], turned[3];
   thrum_subtract3(place, body->centre, arm);
-  thrum_point_mean_arm(turn, arm, lever);
-  thrum_cross3(turn, lever, turned);
+  thrum_point_mean_arm(body->sought_turn, arm, lever);
+  thrum_cross3(body->sought_turn, lever, turned);
   for (int axis = 0; axis < 3; axis++)
-    place[3 + axis] += way[axis] + turned[axis];
+    place[3 + axis] += body->sought[axis] + turned[axis];
   if (!body->impact.struck)
     return;
 
@@ -129,9 +125,7 @@ static const double *sphere_of(const search *s, int side, int32_t node) {
   memcpy(sphere, way, 6 * sizeof *way);
 
   // it holds its triangles at both ends of the step
-  const bool moved = run->moved || body->contact->pull_count > 0;
-  const double *d = moved ? body->view.moved : body->view.unloaded;
-  const double *turn = moved ? body->turned : body->unloaded_turn;
+  const double *d = body->view.sought, *turn = body->sought_turn;
   double radius = view->nodes[node].radius;
   if (!run->own)
     radius += (sqrt(thrum_dot3(turn, turn)) + body->impact.turned) * radius;

@@ -55,6 +55,8 @@ void thrum_pairs_open_solid(thrum_pairs_run *run, int64_t member, double dt) {
     made->spin[axis] = made->unloaded_turn[axis] / dt;
     made->moved[axis] = made->unloaded[axis];
     made->turned[axis] = made->unloaded_turn[axis];
+    made->sought[axis] = made->unloaded[axis];
+    made->sought_turn[axis] = made->unloaded_turn[axis];
   }
 }
 

@@ -302,9 +302,9 @@ static bool has_missed(const thrum_pairs_run *run) {
 
     // a bound on how far any vertex is from where the search had it: by shape, way and rotation
     for (int64_t i = 0; i < skin->rank; i++)
-      off += view.extents[i] * fabs(body->view.moved[i] - body->view.unloaded[i]);
-    thrum_subtract3(body->moved, body->unloaded, way);
-    thrum_subtract3(body->turned, body->unloaded_turn, turn);
+      off += view.extents[i] * fabs(body->view.moved[i] - body->view.sought[i]);
+    thrum_subtract3(body->moved, body->sought, way);
+    thrum_subtract3(body->turned, body->sought_turn, turn);
     off += sqrt(thrum_dot3(way, way)) + sqrt(thrum_dot3(turn, turn)) * skin->diagonal;
 
     const double thickness = run->pairs->thickness > 0.0
@@ -415,6 +415,9 @@ static void find_and_solve(thrum_pairs_run *run) {
   solve(run);
   for (int n = 1; n < SEARCHES_MAX && run->row_count > 0 && has_missed(run); n++) {
     run->moved = true;
+    for (int64_t m = 0; m < run->count; m++)
+      if (thrum_pairs_steps(run, m))
+        thrum_contact_seek(run->view.runs + m);
     thrum_pairs_search(run);
     if (thrum_pairs_add_rows(run) == 0)
       return;

@@ -45,6 +45,8 @@ struct thrum_contact {
   int64_t impacts, struck;     /* the latter at the end of the touches, backwards */
   double moved[3], force[3];   /* of the translation in the step that has begun [m], [N] */
   double turned[3], torque[3]; /* of the rotation [rad], [N m] */
+  double pressed[3];           /* force of contact and links in the last step [N], */
+  double whirled[3];           /* and their torque about the centre of mass [N m] */
   int32_t rank;
   int32_t sweeps_max;
   int32_t fresh;   /* 1: no step yet, so what overlaps began so */
@@ -156,6 +158,7 @@ typedef struct thrum_pull_row {
   X(thrum_touching, touches, touch_max) /* of the last step, by point, obstacle and face */        \
   X(thrum_contact_row, rows, touch_max) /* in the same order */                                    \
   X(double, pull_forces, pull_max * 3)  /* of the last step */                                     \
+  X(double, pressing, rank)             /* load of contact and links in it */                      \
   X(thrum_pull_row, pull_rows, pull_max)                                                           \
   X(double, q, rank) /* at the start of the step */                                                \
   X(double, p, rank)                                                                               \
@@ -163,6 +166,7 @@ typedef struct thrum_pull_row {
   X(double, unloaded, rank) /* displacement over the step without contact and pulls */             \
   X(double, moved, rank)    /* displacement over the step as predicted with them */                \
   X(double, load, rank)     /* mean load of the step with them */                                  \
+  X(double, sought, rank)   /* displacement over the step that a search goes by */                 \
   X(double, pulled, pull_max * 3 * rank) /* rows of U of the points of the pulls */                \
   X(double, made, rank)                  /* displacement over the step as it was made */           \
   X(unsigned char, snapshot, state_bytes)
@@ -193,6 +197,8 @@ typedef struct thrum_contact_run {
   double spin[3];        /* angular velocity at the start [rad/s] */
   double unloaded_turn[3], turned[3]; /* angle over the step, as unloaded and moved [rad] */
   double turn_matrix[9];     /* displaces a point at an arm as turned does; as it is looked at */
+  double sought[3];          /* as moved, that a search goes by [m], */
+  double sought_turn[3];     /* and as turned [rad] */
   double foreseen[3];        /* turned as the solve had it, where turned is what the torque makes */
   thrum_rigid_frame stepped; /* with an inertia: the frame after the state's step */
   double torque[3];          /* as force [N m] */

@@ -123,12 +123,54 @@ thrum_status thrum_contact_advance(thrum_contact_run *run, thrum_error *error) {
   return status;
 }
 
+void thrum_contact_seek(thrum_contact_run *run) {
+  memcpy(run->view.sought, run->view.moved, (size_t)run->contact->rank * sizeof(double));
+  memcpy(run->sought, run->moved, sizeof run->sought);
+  memcpy(run->sought_turn, run->turned, sizeof run->sought_turn);
+}
+
+/* A search goes by the forces of the last step as well, where they hold the body back: what lies
+ * still would go far without them. By forces f the way becomes x + W f, which is shorter in the
+ * metric of W^-1 where f (2 x + W f) < 0. Where it goes otherwise, it is searched again. */
+static void foresee(thrum_contact_run *run) {
+  const thrum_contact *contact = run->contact;
+  const double *f = run->view.pressing, *w = run->view.weights;
+  double along = 0.0, turn[3];
+  thrum_contact_seek(run);
+  thrum_apply3(run->turn_weight, contact->whirled, turn);
+  for (int32_t i = 0; i < contact->rank; i++)
+    along += f[i] * (2.0 * run->view.moved[i] + w[i] * f[i]);
+  for (int axis = 0; axis < 3; axis++)
+    along += contact->pressed[axis] *
+                 (2.0 * run->moved[axis] + run->mass_weight * contact->pressed[axis]) +
+             contact->whirled[axis] * (2.0 * run->turned[axis] + turn[axis]);
+  if (!(along < 0.0))
+    return;
+  for (int32_t i = 0; i < contact->rank; i++)
+    run->view.sought[i] += w[i] * f[i];
+  for (int axis = 0; axis < 3; axis++) {
+    run->sought[axis] += run->mass_weight * contact->pressed[axis];
+    run->sought_turn[axis] += turn[axis];
+  }
+}
+
+/* Keeps what contact and links did, for that. */
+static void keep_pressing(const thrum_contact_run *run) {
+  const thrum_contact_environment *environment = run->environment;
+  thrum_contact *contact = run->contact;
+  for (int32_t i = 0; i < contact->rank; i++)
+    run->view.pressing[i] = run->view.load[i] - (environment->load ? environment->load[i] : 0.0);
+  thrum_subtract3(contact->force, environment->force, contact->pressed);
+  thrum_subtract3(contact->torque, environment->torque, contact->whirled);
+}
+
 thrum_status thrum_contact_prepare(thrum_contact_run *run, thrum_error *error) {
   THRUM_TRY(thrum_contact_predict(run, error));
   // pulls alone first, so that a point which they drag into an obstacle gets its row in time
   thrum_contact_pulls(run);
   run->contact->row_count = 0;
   thrum_contact_solve(run);
+  foresee(run);
   thrum_contact_rows(run);
   return THRUM_OK;
 }
@@ -224,6 +266,7 @@ bool thrum_contact_finish(thrum_contact_run *run) {
     thrum_rigid_frame_step(environment->rigid_frame, environment->placement, run->contact->torque,
                            run->dt, NULL);
   give_back(run, run->contact->lost - lost);
+  keep_pressing(run);
   run->contact->begun = 0;
   return calmed;
 }

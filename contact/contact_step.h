@@ -24,6 +24,9 @@ bool thrum_contact_whole_is_finite(const thrum_contact_environment *environment)
  * contact. */
 void thrum_contact_place(thrum_contact_run *run);
 
+/* Has searches go by the displacements that were solved for. */
+void thrum_contact_seek(thrum_contact_run *run);
+
 /* Predicts the step, solves its pulls alone, and finds its rows. */
 thrum_status thrum_contact_prepare(thrum_contact_run *run, thrum_error *error);
 

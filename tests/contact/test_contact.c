@@ -6,6 +6,7 @@
 #include "tests/support/sanitized.h"
 
 #include "contact/contact_private.h"
+#include "contact/contact_step.h"
 
 static double height_reached(int points, double dt, double stiffness, double restitution) {
   // a rigid body that falls from a height of 1 m
@@ -262,6 +263,12 @@ static void a_body_rests_at_the_depth_of_its_weight(void **state) {
     thrum_touch none;
     assert_int_equal(thrum_contact_touch_get(r.contact, 4, &none, NULL), THRUM_INVALID_ARGUMENT);
     assert_true(thrum_contact_stiffness(r.contact) > 0);
+
+    // the next step is searched where the body stays, and not where it would fall to
+    thrum_contact_run run;
+    thrum_contact_open(&r.m.model, r.state, r.contact, &r.environment, &run, NULL);
+    assert_int_equal(thrum_contact_prepare(&run, NULL), THRUM_OK);
+    assert_true(run.moved[2] < 0 && fabs(run.sought[2]) <= 1e-6 * fabs(run.moved[2]));
     rig_free(&r);
   }
 }

@@ -142,6 +142,8 @@ static void numbers_that_are_not_finite_are_refused(void **context) {
   refuse_numbers(f, offsetof(thrum_contact, force), 3);
   refuse_numbers(f, offsetof(thrum_contact, turned), 3);
   refuse_numbers(f, offsetof(thrum_contact, torque), 3);
+  refuse_numbers(f, offsetof(thrum_contact, pressed), 3);
+  refuse_numbers(f, offsetof(thrum_contact, whirled), 3);
 
   // each touch, and the forces of the pulls
   const thrum_contact_view view = thrum_contact_view_of(f->r.contact);
@@ -158,6 +160,7 @@ static void numbers_that_are_not_finite_are_refused(void **context) {
   }
   refuse_numbers(f, (size_t)((const unsigned char *)view.pull_forces - own),
                  (int)(3 * f->r.contact->pull_max));
+  refuse_numbers(f, (size_t)((const unsigned char *)view.pressing - own), RIG_RANK);
 }
 
 /* As one body of a scene flies apart, the forces of a solve may leave the finite numbers for a
