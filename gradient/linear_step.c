@@ -30,10 +30,12 @@
 #include <string.h>
 
 #include "gradient/linear_system.h"
+#include "thrum/actuation.h"
 #include "thrum/polynomial.h"
 
 #define ROUNDING_SHARE 1e-5 /* as of the step: 1e-16 of V over a residual of 1e-11 */
 #define WORK_FACTOR 100.0   /* times the work of the forces up to which V belongs to the step */
+#define SCALE_MOST 0.5      /* of the step: energy missed over the kinetic energy that takes it */
 #define TOGETHER 1e-9       /* apart by less of their squares: one frequency */
 
 static double dot(const double *a, const double *b, int64_t n) {
@@ -55,6 +57,11 @@ static void add_product(const double *tangent, double by, const double *v, int64
 
 static bool has_middle(thrum_step_form form) {
   return form == THRUM_STEP_AVERAGE || form == THRUM_STEP_MIDPOINT;
+}
+
+/* Is p' scaled by the energy that Simpson's rule misses? */
+static bool is_scaled(const thrum_linear_step *step) {
+  return step->inexact && step->equation.form == THRUM_STEP_AVERAGE;
 }
 
 /* --- at the ends ------------------------------------------------------------------------------ */
@@ -141,6 +148,37 @@ static void put_middle(thrum_linear_step *step, const double *q) {
     step->jacobian[a] = middle[a] / 3.0 + step->end.tangent[a] / 6.0;
 }
 
+/* The energy that Simpson's rule misses, V - V' + M d, its derivatives by d and by q, and the
+ * factor of p' that gives it back. */
+static void put_missed(thrum_linear_step *step, const thrum_made_step *made) {
+  const int64_t n = step->rank;
+  const double *d = step->d, *r = step->start.force, *r_next = step->end.force;
+  const double h = step->equation.dt;
+  double *by_d = step->sigma_d, *by_q = step->sigma_q;
+  for (int64_t i = 0; i < n; i++) {
+    step->unscaled[i] = 2.0 / h * step->kappa[i] * d[i] - made->p[i];
+    by_d[i] = step->mean[i] - r_next[i];
+    by_q[i] = r[i] - r_next[i];
+  }
+  add_product(step->middle.tangent, 1.0 / 3.0, d, n, by_d);
+  add_product(step->end.tangent, 1.0 / 6.0, d, n, by_d);
+  add_product(step->start.tangent, 1.0 / 6.0, d, n, by_q);
+  add_product(step->middle.tangent, 2.0 / 3.0, d, n, by_q);
+  add_product(step->end.tangent, 1.0 / 6.0, d, n, by_q);
+
+  // at a standstill there is nothing to scale
+  step->missed = step->start.potential - step->end.potential + dot(step->mean, d, n);
+  step->square = dot(step->unscaled, step->unscaled, n);
+  const double share = 2.0 * step->missed / step->square;
+  step->scale = fabs(share) < SCALE_MOST ? sqrt(1.0 + share) : 1.0;
+  if (fabs(share) < SCALE_MOST)
+    return;
+  step->square = 1.0;
+  step->missed = 0.0;
+  memset(by_d, 0, (size_t)n * sizeof *by_d);
+  memset(by_q, 0, (size_t)n * sizeof *by_q);
+}
+
 /* J from A. */
 static void finish_jacobian(thrum_linear_step *step) {
   const thrum_step_equation *e = &step->equation;
@@ -187,6 +225,8 @@ bool thrum_linear_step_factor(thrum_linear_step *step, const thrum_made_step *ma
     put_middle(step, made->q);
   else
     memcpy(step->jacobian, step->end.tangent, (size_t)(n * n) * sizeof(double));
+  if (is_scaled(step))
+    put_missed(step, made);
   finish_jacobian(step);
   return thrum_linear_factor(step->jacobian, n, step->rows);
 }
@@ -236,22 +276,56 @@ void thrum_linear_step_prepare_parts(thrum_linear_step *step) {
   put_slopes(step, step->damping, slope, step->slope_damping);
 }
 
-/* to_i += by sum_j slope_ij L_ij v_j */
-static void add_slope(const thrum_linear_step *step, const thrum_energy_part *part,
-                      const double *slope, double by, const double *v, double *to) {
+/* What adds a share to the energy: a part, or with none an actuator, by its level, or a gas, by a
+ * factor. */
+typedef struct share {
+  const thrum_energy_part *part;
+  int64_t actuator;
+  bool gas;
+} share;
+
+/* to_i += by sum_j slope_ij L_ij v_j; what acts changes no frequency at rest. */
+static void add_slope(const thrum_linear_step *step, const share *of, const double *slope,
+                      double by, const double *v, double *to) {
   const int64_t n = step->rank;
-  for (int64_t i = 0; i < n; i++) {
+  for (int64_t i = 0; of->part && i < n; i++) {
     double sum = 0.0;
     for (int64_t j = 0; j < n; j++)
-      sum += slope[i * n + j] * part->linear[i * n + j] * v[j];
+      sum += slope[i * n + j] * of->part->linear[i * n + j] * v[j];
     to[i] += by * sum;
   }
 }
 
-/* The force of a part into `force`; returns its energy. */
-static double part_force(const thrum_linear_step *step, const thrum_energy_part *part,
-                         const double *q, double *force) {
+/* The force of an actuator into `force`: of its level -grad P; of the whole energy p m - (p + a) P
+ * of a gas, with m = V0 (exp(P/V0) - 1), (p m/V0 - a) grad P. Returns the energy. */
+static double actuator_force(const thrum_linear_step *step, const share *of, const double *q,
+                             double *force) {
+  const thrum_model *model = step->model;
+  double work = NAN, energy = NAN, by = NAN;
+  memset(force, 0, (size_t)step->rank * sizeof *force);
+  const thrum_status status =
+      thrum_model_actuation_force(model, of->actuator, q, force, &work, NULL);
+  if (status >= 0 && !of->gas) {
+    energy = -work;
+    by = -1.0;
+  } else if (status >= 0) {
+    const double *rest = model->actuator_rest + 3 * of->actuator;
+    const double grown = expm1(work / rest[0]), level = model->levels[of->actuator];
+    energy = rest[1] * rest[0] * grown - (rest[1] + level) * work;
+    by = rest[1] * grown - level;
+  }
+  for (int64_t i = 0; i < step->rank; i++)
+    force[i] *= by;
+  return energy;
+}
+
+/* The force of a share of 1 into `force`; returns its energy. */
+static double share_force(const thrum_linear_step *step, const share *of, const double *q,
+                          double *force) {
   const int64_t n = step->rank;
+  const thrum_energy_part *part = of->part;
+  if (!part)
+    return actuator_force(step, of, q, force);
   double energy = 0.0;
   memset(force, 0, (size_t)n * sizeof *force);
   if (part->form)
@@ -264,9 +338,8 @@ static double part_force(const thrum_linear_step *step, const thrum_energy_part 
   return energy;
 }
 
-/* The change of G with a part into part_y, that of kappa d into part_kappa. */
-static void put_part(const thrum_linear_step *step, const thrum_made_step *made,
-                     const thrum_energy_part *part) {
+/* The change of G with a share into part_y, that of kappa d into part_kappa. */
+static void put_share(thrum_linear_step *step, const thrum_made_step *made, const share *of) {
   const int64_t n = step->rank;
   const double h = step->equation.dt, *d = step->d;
   double *start = step->part_start, *end = step->part_end, *middle = step->part_middle;
@@ -274,15 +347,15 @@ static void put_part(const thrum_linear_step *step, const thrum_made_step *made,
   const thrum_step_form form = step->equation.form;
   double v = 0.0, v_next = 0.0;
   if (form != THRUM_STEP_MIDPOINT) {
-    v = part_force(step, part, made->q, start);
-    v_next = part_force(step, part, made->q_next, end);
+    v = share_force(step, of, made->q, start);
+    v_next = share_force(step, of, made->q_next, end);
   }
 
   // the mean force
   if (has_middle(form)) {
     for (int64_t i = 0; i < n; i++)
       y[i] = made->q[i] + 0.5 * d[i];
-    part_force(step, part, y, middle);
+    share_force(step, of, y, middle);
   }
   double sigma = 0.0;
   if (form == THRUM_STEP_TRAPEZOID && step->has_sigma)
@@ -294,21 +367,22 @@ static void put_part(const thrum_linear_step *step, const thrum_made_step *made,
     y[i] = 0.5 * h * h * mean;
     step->part_kappa[i] = 0.0;
   }
+  step->part_missed = v - v_next + 2.0 / (h * h) * dot(y, d, n);
 
   // kappa and nu follow the frequencies, and D
-  add_slope(step, part, step->slope_kappa_square, 1.0, d, y);
-  add_slope(step, part, step->slope_kappa, -h, made->p, y);
-  add_slope(step, part, step->slope_damped, 0.5 * h, d, y);
-  add_slope(step, part, step->slope_kappa, 1.0, d, step->part_kappa);
+  add_slope(step, of, step->slope_kappa_square, 1.0, d, y);
+  add_slope(step, of, step->slope_kappa, -h, made->p, y);
+  add_slope(step, of, step->slope_damped, 0.5 * h, d, y);
+  add_slope(step, of, step->slope_kappa, 1.0, d, step->part_kappa);
 }
 
 /* The same of the forces at both ends, into part_start and part_end. */
-static void put_part_ends(const thrum_linear_step *step, const thrum_made_step *made,
-                          const thrum_energy_part *part) {
-  part_force(step, part, made->q, step->part_start);
-  part_force(step, part, made->q_next, step->part_end);
-  add_slope(step, part, step->slope_damping, 1.0, made->p, step->part_start);
-  add_slope(step, part, step->slope_damping, 1.0, made->p_next, step->part_end);
+static void put_share_ends(const thrum_linear_step *step, const thrum_made_step *made,
+                           const share *of) {
+  share_force(step, of, made->q, step->part_start);
+  share_force(step, of, made->q_next, step->part_end);
+  add_slope(step, of, step->slope_damping, 1.0, made->p, step->part_start);
+  add_slope(step, of, step->slope_damping, 1.0, made->p_next, step->part_end);
   if (step->equation.form != THRUM_STEP_VERLET)
     return;
 
@@ -320,9 +394,30 @@ static void put_part_ends(const thrum_linear_step *step, const thrum_made_step *
     jump[i] = (made->force[i] - made->force_before[i]) / (1.0 + half * step->damping[i]);
     y[i] = 0.0;
   }
-  add_slope(step, part, step->slope_damping, half, jump, y);
+  add_slope(step, of, step->slope_damping, half, jump, y);
   for (int64_t i = 0; i < n; i++)
     step->part_start[i] += y[i] / (1.0 + half * step->damping[i]);
+}
+
+/* All that has a share: parts, levels, and the factor of all gases, of each of which it is one. */
+static int64_t share_count(const thrum_linear_step *step, const thrum_step_change *change) {
+  return change->part_count + 2 * step->actuators;
+}
+
+/* Share g, and where its derivative or direction is; NULL: it is none. */
+static double *share_at(const thrum_linear_step *step, thrum_step_change *change, int64_t g,
+                        share *of) {
+  const int64_t actuator = g - change->part_count;
+  *of = (share){.actuator = actuator};
+  if (actuator < 0) {
+    of->part = change->parts + g;
+    return change->part + g;
+  }
+  if (actuator < step->actuators)
+    return change->level + actuator;
+  of->actuator -= step->actuators;
+  of->gas = true;
+  return step->model->actuator_kind[of->actuator] == THRUM_ACTUATOR_GAS ? &change->gas : NULL;
 }
 
 /* --- the implicit steps ----------------------------------------------------------------------- */
@@ -362,17 +457,49 @@ static double nu_square_change(const thrum_linear_step *step, int64_t i) {
   return 2.0 * kappa * kappa_change(step, i) + (nu * nu - kappa * kappa);
 }
 
-static void pull_implicit(const thrum_linear_step *step, const thrum_made_step *made,
+/* From the derivative by p' to that by the p' before it is scaled; returns that by the energy
+ * missed. */
+static double pull_scale(const thrum_linear_step *step, double *p) {
+  if (!is_scaled(step))
+    return 0.0;
+  const int64_t n = step->rank;
+  const double along = dot(step->unscaled, p, n) / (step->scale * step->square);
+  for (int64_t i = 0; i < n; i++)
+    p[i] = step->scale * p[i] - 2.0 * step->missed / step->square * along * step->unscaled[i];
+  return along;
+}
+
+/* The change of p' from that before it is scaled, and of the energy missed. */
+static void push_scale(const thrum_linear_step *step, double missed, double *p) {
+  const int64_t n = step->rank;
+  const double along = 2.0 * step->missed / step->square * dot(step->unscaled, p, n);
+  const double by = (missed - along) / (step->scale * step->square);
+  for (int64_t i = 0; i < n; i++)
+    p[i] = step->scale * p[i] + by * step->unscaled[i];
+}
+
+static void pull_implicit(thrum_linear_step *step, const thrum_made_step *made,
                           thrum_step_change *change) {
   const int64_t n = step->rank;
   const double h = step->equation.dt, *d = step->d, *w = step->w;
   double *q = change->q, *p = change->p;
+  const double missed = pull_scale(step, p);
   for (int64_t i = 0; i < n; i++)
     step->w[i] = q[i] + 2.0 * step->kappa[i] / h * p[i];
+  for (int64_t i = 0; missed != 0.0 && i < n; i++) {
+    step->w[i] += missed * step->sigma_d[i];
+    q[i] += missed * step->sigma_q[i];
+  }
+  change->stiffness += missed != 0.0 ? missed * step->missed : 0.0;
   thrum_linear_solve_transposed(step->jacobian, n, step->rows, step->w);
-  for (int64_t g = 0; g < change->part_count; g++) {
-    put_part(step, made, change->parts + g);
-    change->part[g] += 2.0 / h * dot(p, step->part_kappa, n) - dot(w, step->part_y, n);
+  share of;
+  for (int64_t g = 0; g < share_count(step, change); g++) {
+    double *to = share_at(step, change, g, &of);
+    if (!to)
+      continue;
+    put_share(step, made, &of);
+    *to += 2.0 / h * dot(p, step->part_kappa, n) - dot(w, step->part_y, n) +
+           missed * step->part_missed;
   }
 
   // what the equation depends on beside q
@@ -391,7 +518,7 @@ static void pull_implicit(const thrum_linear_step *step, const thrum_made_step *
   add_by_start(step, -0.5 * h * h, w, true, q);
 }
 
-static void push_implicit(const thrum_linear_step *step, const thrum_made_step *made,
+static void push_implicit(thrum_linear_step *step, const thrum_made_step *made,
                           thrum_step_change *change) {
   const int64_t n = step->rank;
   const double h = step->equation.dt, *d = step->d, s = change->stiffness;
@@ -409,12 +536,18 @@ static void push_implicit(const thrum_linear_step *step, const thrum_made_step *
 
   // that of kappa d by the parts, times 2/h, comes to p' in the end
   memset(step->x, 0, (size_t)n * sizeof(double));
-  for (int64_t g = 0; g < change->part_count; g++) {
-    put_part(step, made, change->parts + g);
+  double missed = is_scaled(step) ? s * step->missed + dot(step->sigma_q, q, n) : 0.0;
+  share of;
+  for (int64_t g = 0; g < share_count(step, change); g++) {
+    const double *by = share_at(step, change, g, &of);
+    if (!by || *by == 0.0)
+      continue;
+    put_share(step, made, &of);
     for (int64_t i = 0; i < n; i++) {
-      step->w[i] -= change->part[g] * step->part_y[i];
-      step->x[i] += change->part[g] * step->part_kappa[i];
+      step->w[i] -= *by * step->part_y[i];
+      step->x[i] += *by * step->part_kappa[i];
     }
+    missed += *by * step->part_missed;
   }
   thrum_linear_solve(step->jacobian, n, step->rows, step->w);
 
@@ -424,6 +557,8 @@ static void push_implicit(const thrum_linear_step *step, const thrum_made_step *
     p[i] =
         by * (step->kappa[i] * step->w[i] + s * kappa_change(step, i) * d[i] + step->x[i]) - p[i];
   }
+  if (is_scaled(step))
+    push_scale(step, missed + dot(step->sigma_d, step->w, n), p);
 }
 
 /* --- newmark ---------------------------------------------------------------------------------- */
@@ -450,21 +585,29 @@ static void pull_newmark(const thrum_linear_step *step, const thrum_made_step *m
     p[i] += h * q[i] - damping[i] * a[i];
   }
   add_product(step->start.tangent, -1.0, a, n, q);
-  for (int64_t g = 0; g < change->part_count; g++) {
-    put_part_ends(step, made, change->parts + g);
-    change->part[g] -= dot(w, step->part_end, n) + dot(a, step->part_start, n);
+  share of;
+  for (int64_t g = 0; g < share_count(step, change); g++) {
+    double *to = share_at(step, change, g, &of);
+    if (!to)
+      continue;
+    put_share_ends(step, made, &of);
+    *to -= dot(w, step->part_end, n) + dot(a, step->part_start, n);
   }
 }
 
-/* y = - sum of the changes of the force at one end by the parts. */
+/* y = - sum of the changes of the force at one end by all shares. */
 static void put_part_sum(const thrum_linear_step *step, const thrum_made_step *made,
-                         const thrum_step_change *change, bool at_end) {
+                         thrum_step_change *change, bool at_end) {
   memset(step->y, 0, (size_t)step->rank * sizeof(double));
-  for (int64_t g = 0; g < change->part_count; g++) {
-    put_part_ends(step, made, change->parts + g);
+  share of;
+  for (int64_t g = 0; g < share_count(step, change); g++) {
+    const double *by = share_at(step, change, g, &of);
+    if (!by || *by == 0.0)
+      continue;
+    put_share_ends(step, made, &of);
     const double *end = at_end ? step->part_end : step->part_start;
     for (int64_t i = 0; i < step->rank; i++)
-      step->y[i] -= change->part[g] * end[i];
+      step->y[i] -= *by * end[i];
   }
 }
 
@@ -526,9 +669,22 @@ static void pull_verlet(const thrum_linear_step *step, const thrum_made_step *ma
     p[i] = (1.0 - more) * kicked[i];
   }
   memcpy(step->kept, kicked, (size_t)n * sizeof *kicked);
-  for (int64_t g = 0; g < change->part_count; g++) {
-    put_part_ends(step, made, change->parts + g);
-    change->part[g] -= 0.5 * h * (dot(last, step->part_end, n) + dot(kicked, step->part_start, n));
+  share of;
+  for (int64_t g = 0; g < share_count(step, change); g++) {
+    double *to = share_at(step, change, g, &of);
+    if (!to)
+      continue;
+    put_share_ends(step, made, &of);
+    *to -= 0.5 * h * (dot(last, step->part_end, n) + dot(kicked, step->part_start, n));
+  }
+
+  // other levels before: T of this step is applied here
+  if (!step->levels_change)
+    return;
+  thrum_tangent_product(step->model, made->q, kicked, product, step->work);
+  for (int64_t i = 0; i < n; i++) {
+    q[i] -= 0.5 * h * product[i];
+    step->kept[i] = 0.0;
   }
 }
 
@@ -552,6 +708,8 @@ static void push_verlet(const thrum_linear_step *step, const thrum_made_step *ma
   const int64_t n = step->rank;
   const double h = step->equation.dt, s = change->stiffness;
   double *q = change->q, *p = change->p, *kicked = step->x, *product = step->kept;
+  if (step->levels_change)
+    thrum_tangent_product(step->model, made->q, q, product, step->work);
   put_part_sum(step, made, change, false);
   for (int64_t i = 0; i < n; i++) {
     const double more = 0.5 * h * step->damping[i], c = 1.0 + more;
@@ -574,7 +732,7 @@ static void push_verlet(const thrum_linear_step *step, const thrum_made_step *ma
 
 /* --- any -------------------------------------------------------------------------------------- */
 
-void thrum_linear_step_pull(const thrum_linear_step *step, const thrum_made_step *made,
+void thrum_linear_step_pull(thrum_linear_step *step, const thrum_made_step *made,
                             thrum_step_change *change) {
   if (step->equation.form == THRUM_STEP_NEWMARK)
     pull_newmark(step, made, change);
@@ -584,7 +742,7 @@ void thrum_linear_step_pull(const thrum_linear_step *step, const thrum_made_step
     pull_implicit(step, made, change);
 }
 
-void thrum_linear_step_push(const thrum_linear_step *step, const thrum_made_step *made,
+void thrum_linear_step_push(thrum_linear_step *step, const thrum_made_step *made,
                             thrum_step_change *change) {
   if (step->equation.form == THRUM_STEP_NEWMARK)
     push_newmark(step, made, change);

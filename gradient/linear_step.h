@@ -22,7 +22,7 @@ typedef struct thrum_made_step {
 } thrum_made_step;
 
 typedef struct thrum_linear_step {
-  const thrum_model *model;
+  const thrum_model *model; /* of a body that acts, with the levels of the step */
   thrum_step_equation equation;
   int64_t rank;
   const double *kappa, *nu, *damping; /* of thrum_step_equation_get */
@@ -33,17 +33,26 @@ typedef struct thrum_linear_step {
 
   bool has_sigma; /* trapezoid: sigma is no rounding */
 
+  /* Of the average vector field where Simpson's rule is not exact: the energy that it misses, by
+   * which p' is scaled; else false. Its derivatives are in sigma_d and sigma_q. */
+  bool inexact;
+  double missed, part_missed; /* part_missed: the share of a part in it */
+  double scale, square;       /* p' over the one before that, whose |p'|^2 is `square` */
+
   /* Of verlet, rank: backward the half kick at the start of the step after, to which T at the place
    * between them is still to be applied; forward T at the start times the change there. */
   double *kept;
+  bool levels_change; /* then T is applied twice there, and nothing is kept */
 
   /* Scratch, rank each. */
-  double *d, *mean, *sigma_d, *sigma_q, *w, *x, *y;
+  double *d, *mean, *sigma_d, *sigma_q, *unscaled, *w, *x, *y;
 
   /* Of parts of the energy: how functions of K change with it (rank x rank each, see
    * thrum_linear_step_prepare_parts), and scratch, rank each. */
   double *slope_kappa, *slope_kappa_square, *slope_damped, *slope_damping;
   double *part_start, *part_middle, *part_end, *part_kappa, *part_y;
+
+  int64_t actuators; /* of the model */
 } thrum_linear_step;
 
 /* Derivatives by what a step depends on, or a direction of that. */
@@ -56,6 +65,8 @@ typedef struct thrum_step_change {
   const thrum_energy_part *parts; /* part_count */
   double *part;                   /* of the share of each; likewise */
   int64_t part_count;
+  double *level; /* of the level of each actuator; what is pulled back is that of this step */
+  double gas;    /* of a factor of the energy of all gases; what is pulled back is added */
 } thrum_step_change;
 
 /* Fills what steps with parts of the energy need, once kappa, nu and damping are known. */
@@ -78,11 +89,11 @@ void thrum_linear_step_end_pull(const thrum_linear_step *step, const double *q,
                                 thrum_step_change *change);
 
 /* The transpose of the step: from derivatives by its end to those by its start, and by all else. */
-void thrum_linear_step_pull(const thrum_linear_step *step, const thrum_made_step *made,
+void thrum_linear_step_pull(thrum_linear_step *step, const thrum_made_step *made,
                             thrum_step_change *change);
 
 /* The step: from a change of its start, and of all else, to that of its end. */
-void thrum_linear_step_push(const thrum_linear_step *step, const thrum_made_step *made,
+void thrum_linear_step_push(thrum_linear_step *step, const thrum_made_step *made,
                             thrum_step_change *change);
 
 #endif

@@ -15,6 +15,7 @@
 #include "core/base/alignment_check.h"
 #include "core/base/def.h"
 #include "gradient/tape_private.h"
+#include "thrum/actuation.h"
 #include "thrum/condensed_model.h"
 #include "thrum/polynomial.h"
 
@@ -62,8 +63,10 @@ static thrum_status check_def(const thrum_model *model, const thrum_tape_def *de
   const int64_t width = thrum_condensed_shape_model(model)->rank;
   const uint64_t each = (uint64_t)(3 * model->rank + width + 1) * sizeof(double);
   const uint64_t kept = def->checkpoints > 0 ? kept_size(model, def->state) : 1;
+  const uint64_t levels = (uint64_t)(thrum_model_actuators(model) + 1) * sizeof(double);
   if ((uint64_t)segment_length(def) >= BYTES_MOST / each ||
-      (uint64_t)def->checkpoints >= BYTES_MOST / kept)
+      (uint64_t)def->checkpoints >= BYTES_MOST / kept ||
+      (uint64_t)def->steps >= BYTES_MOST / levels)
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY,
                            "a tape of %lld steps needs more memory than this machine can address",
                            (long long)def->steps);
@@ -80,7 +83,7 @@ static const size_t vectors[] = {
     AT(step.x),         AT(step.y),       AT(step.part_y),     AT(step.part_start),
     AT(step.part_end),  AT(change[0]),    AT(step.part_kappa), AT(step.part_middle),
     AT(change[1]),      AT(change[2]),    AT(change[3]),       AT(change[4]),
-    AT(change[5]),      AT(change[6]),    AT(before_q)};
+    AT(change[5]),      AT(change[6]),    AT(before_q),        AT(step.unscaled)};
 static const size_t wides[] = {AT(none), AT(wide[0]), AT(wide[1])};
 static const size_t matrices[] = {AT(step.start.tangent),  AT(step.end.tangent),
                                   AT(step.middle.tangent), AT(step.jacobian),
@@ -118,6 +121,9 @@ static size_t lay(thrum_tape *tape, const thrum_model *model, unsigned char *mem
   cut_list(tape, wides, COUNT(wides), width, memory, &at);
   cut_list(tape, matrices, COUNT(matrices), r * r, memory, &at);
   tape->step.work = cut_doubles(memory, thrum_work_count(model), &at);
+  tape->level = cut_doubles(memory, (size_t)tape->actuators, &at);
+  tape->end_levels = cut_doubles(memory, (size_t)tape->actuators, &at);
+  tape->acting = cut_doubles(memory, (size_t)thrum_model_actuation_count(model), &at);
   tape->step.rows = (int32_t *)(void *)cut(memory, r * sizeof(int32_t), &at);
 
   // the steps
@@ -125,6 +131,7 @@ static size_t lay(thrum_tape *tape, const thrum_model *model, unsigned char *mem
   tape->p = cut_doubles(memory, (length + 1) * r, &at);
   tape->half = cut_doubles(memory, length * r, &at);
   tape->force = cut_doubles(memory, checkpoints > 0 ? 0 : length * width, &at);
+  tape->levels = cut_doubles(memory, (size_t)tape->most * (size_t)tape->actuators, &at);
   tape->form = (int32_t *)(void *)cut(memory, length * sizeof(int32_t), &at);
   tape->kept = cut(memory, checkpoints * tape->kept_size, &at);
   tape->again = (thrum_state *)(void *)cut(memory, tape->state_size, &at);
@@ -138,6 +145,7 @@ static thrum_tape numbers_of(const thrum_model *model, const thrum_tape_def *def
                       .most = def->steps,
                       .rank = model->rank,
                       .width = thrum_condensed_shape_model(model)->rank,
+                      .actuators = thrum_model_actuators(model),
                       .length = segment_length(def),
                       .checkpoints = def->checkpoints,
                       .kept_size = kept ? kept_size(model, def->state) : 0,
@@ -199,10 +207,13 @@ static thrum_status check_made(const thrum_model *model, const thrum_tape *tape,
   if (!model || !tape || tape->magic != MAGIC)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "the model is NULL, or the tape was not made by thrum_tape_init");
-  if (model->rank != tape->rank || thrum_condensed_shape_model(model)->rank != tape->width)
-    return thrum_error_set(error, THRUM_MODEL_MISMATCH,
-                           "the tape was made for rank %lld, the model has rank %lld",
-                           (long long)tape->rank, (long long)model->rank);
+  if (model->rank != tape->rank || thrum_condensed_shape_model(model)->rank != tape->width ||
+      thrum_model_actuators(model) != tape->actuators)
+    return thrum_error_set(
+        error, THRUM_MODEL_MISMATCH,
+        "the tape was made for rank %lld and %lld actuators, the model has rank %lld and %lld",
+        (long long)tape->rank, (long long)tape->actuators, (long long)model->rank,
+        (long long)thrum_model_actuators(model));
   return THRUM_OK;
 }
 
@@ -265,10 +276,13 @@ static void keep_start(thrum_tape *tape, const thrum_state *state) {
 }
 
 /* Where the tape ends, as the state keeps it. */
-static void keep_end(thrum_tape *tape, const thrum_step_equation *equation) {
+static void keep_end(const thrum_model *model, thrum_tape *tape, const thrum_state *state,
+                     const thrum_step_equation *equation) {
   const size_t vector = (size_t)tape->rank * sizeof(double);
   memcpy(tape->end_q, equation->q, vector);
   memcpy(tape->end_p, equation->p, vector);
+  if (tape->actuators > 0)
+    thrum_state_actuation(model, state, tape->end_levels, NULL);
 }
 
 thrum_status thrum_tape_start(const thrum_model *model, thrum_tape *tape, thrum_state *state,
@@ -286,7 +300,7 @@ thrum_status thrum_tape_start(const thrum_model *model, thrum_tape *tape, thrum_
   }
   memcpy(tape->q, tape->start_q, vector);
   memcpy(tape->p, tape->start_p, vector);
-  keep_end(tape, &equation);
+  keep_end(model, tape, state, &equation);
   tape->step.equation = equation;
   tape->identity = model->identity;
   tape->count = tape->first = 0;
@@ -320,14 +334,15 @@ static void put_verlet_start(thrum_tape *tape, int64_t k, const double *half_bef
 }
 
 /* Makes step k from where the state is, and puts its end and its form into their rows. The p that
- * verlet has at the end takes a force: without `seen` it is left to the next step. Of energy the
- * form is that of the step. */
+ * verlet has at the end takes a force: without `seen` it is left to the next step, unless levels
+ * change the forces between them. Of energy the form is that of the step. */
 static thrum_status make_step(const thrum_model *model, thrum_tape *tape, thrum_state *state,
                               int64_t k, const double *force, bool seen,
                               thrum_step_equation *equation, thrum_error *error) {
   const int64_t r = tape->rank, row = k - tape->first, divided = divided_steps(state);
   const size_t vector = (size_t)r * sizeof(double);
   const bool verlet = equation->form == THRUM_STEP_VERLET;
+  const bool later = verlet && !seen && tape->actuators == 0;
   double *half_before = tape->step.w;
   memcpy(half_before, equation->p, vector);
   THRUM_TRY(thrum_state_set_load(model, state, force, error));
@@ -336,7 +351,7 @@ static thrum_status make_step(const thrum_model *model, thrum_tape *tape, thrum_
 
   // where it led, and by which equation
   double *q = tape->q + (row + 1) * r, *p = tape->p + (row + 1) * r;
-  THRUM_TRY(thrum_state_get(model, state, q, verlet && !seen ? NULL : p, error));
+  THRUM_TRY(thrum_state_get(model, state, q, later ? NULL : p, error));
   if (equation->form == THRUM_STEP_TRAPEZOID || equation->form == THRUM_STEP_AVERAGE)
     THRUM_TRY(thrum_step_equation_get(model, state, equation, NULL, NULL, NULL, error));
   tape->form[row] = (int32_t)equation->form;
@@ -348,7 +363,7 @@ static thrum_status make_step(const thrum_model *model, thrum_tape *tape, thrum_
     own[i] = force ? force[i] : 0.0;
   if (verlet) {
     memcpy(tape->half + row * r, equation->p, vector);
-    if (k > 0)
+    if (k > 0 && tape->actuators == 0)
       put_verlet_start(tape, k, half_before);
   }
   return status;
@@ -373,6 +388,8 @@ thrum_status thrum_tape_reach(const thrum_model *model, thrum_tape *tape, int64_
   THRUM_TRY(thrum_step_equation_get(model, tape->again, &equation, NULL, NULL, NULL, error));
   for (int64_t n = tape->first; n < tape->count && n < end; n++) {
     const double *force = tape->forces ? thrum_tape_force(tape, n) : NULL;
+    if (tape->actuators > 0)
+      THRUM_TRY(thrum_state_set_actuation(model, tape->again, thrum_tape_levels(tape, n), error));
     THRUM_TRY(
         make_step(model, tape, tape->again, n, force, n + 1 == tape->count, &equation, error));
   }
@@ -395,12 +412,24 @@ void thrum_tape_ahead(const thrum_tape *tape, int64_t k, double *to) {
     to[i] = k > 0 ? 1.5 * at[i] - 0.5 * before[i] : at[i];
 }
 
-/* Is the state where the tape ends? Another one, or one that was stepped elsewhere, is not. */
-static thrum_status check_place(const thrum_tape *tape, const thrum_step_equation *equation,
+/* Have the levels of the state been changed since the last step? Its levels come into tape->level.
+ */
+static bool has_moved_levels(const thrum_model *model, const thrum_tape *tape,
+                             const thrum_state *state) {
+  if (tape->actuators == 0 || thrum_state_actuation(model, state, tape->level, NULL) < 0)
+    return false;
+  return memcmp(tape->level, tape->end_levels, (size_t)tape->actuators * sizeof(double)) != 0;
+}
+
+/* Is the state where the tape ends? Another one, or one that was stepped elsewhere, is not. Other
+ * levels move the p that verlet keeps. */
+static thrum_status check_place(const thrum_model *model, const thrum_tape *tape,
+                                const thrum_state *state, const thrum_step_equation *equation,
                                 thrum_error *error) {
   const size_t vector = (size_t)tape->rank * sizeof(double);
+  const bool moved = equation->form == THRUM_STEP_VERLET && has_moved_levels(model, tape, state);
   if (memcmp(equation->q, tape->end_q, vector) != 0 ||
-      memcmp(equation->p, tape->end_p, vector) != 0)
+      (!moved && memcmp(equation->p, tape->end_p, vector) != 0))
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "the state is not where step %lld of the tape ended: a tape has the "
                            "steps of one state, and all of them",
@@ -423,9 +452,10 @@ static thrum_status check_row(thrum_tape *tape, const double *force, thrum_error
   return THRUM_OK;
 }
 
-/* thrum_tape_step; `seen`: as of make_step. */
+/* thrum_tape_step with these levels (NULL: those of the state); `seen`: as of make_step. */
 static thrum_status record(const thrum_model *model, thrum_tape *tape, thrum_state *state,
-                           const double *force, bool seen, thrum_error *error) {
+                           const double *force, const double *levels, bool seen,
+                           thrum_error *error) {
   thrum_step_equation equation;
   THRUM_TRY(thrum_step_equation_get(model, state, &equation, NULL, NULL, NULL, error));
   if (tape->count == tape->most)
@@ -435,8 +465,12 @@ static thrum_status record(const thrum_model *model, thrum_tape *tape, thrum_sta
     return thrum_error_set(error, THRUM_UNSUPPORTED,
                            "dt was changed from %g to %g s; all steps of a tape have one",
                            tape->step.equation.dt, equation.dt);
-  THRUM_TRY(check_place(tape, &equation, error));
+  THRUM_TRY(check_place(model, tape, state, &equation, error));
   THRUM_TRY(check_row(tape, force, error));
+  if (levels)
+    THRUM_TRY(thrum_state_set_actuation(model, state, levels, error));
+  if (tape->actuators > 0)
+    THRUM_TRY(thrum_state_actuation(model, state, thrum_tape_levels(tape, tape->count), error));
 
   // a pass may have brought another segment, and the last one may be full
   if (tape->count > 0)
@@ -446,7 +480,7 @@ static thrum_status record(const thrum_model *model, thrum_tape *tape, thrum_sta
   const thrum_status status =
       make_step(model, tape, state, tape->count, force, seen, &equation, error);
   THRUM_TRY(status);
-  keep_end(tape, &equation);
+  keep_end(model, tape, state, &equation);
   tape->count++;
   return status;
 }
@@ -454,11 +488,17 @@ static thrum_status record(const thrum_model *model, thrum_tape *tape, thrum_sta
 thrum_status thrum_tape_step(const thrum_model *model, thrum_tape *tape, thrum_state *state,
                              const double *force, thrum_error *error) {
   THRUM_TRY(thrum_tape_check(model, tape, error));
-  return record(model, tape, state, force, true, error);
+  return record(model, tape, state, force, NULL, true, error);
 }
 
 thrum_status thrum_tape_run(const thrum_model *model, thrum_tape *tape, thrum_state *state,
                             const double *force, int64_t count, int64_t *made, thrum_error *error) {
+  return thrum_tape_run_levels(model, tape, state, force, NULL, count, made, error);
+}
+
+thrum_status thrum_tape_run_levels(const thrum_model *model, thrum_tape *tape, thrum_state *state,
+                                   const double *force, const double *levels, int64_t count,
+                                   int64_t *made, thrum_error *error) {
   THRUM_TRY(thrum_tape_check(model, tape, error));
   if (count < 0)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
@@ -467,7 +507,8 @@ thrum_status thrum_tape_run(const thrum_model *model, thrum_tape *tape, thrum_st
   int64_t done = 0;
   while (done < count && worst >= 0) {
     const double *row = force ? force + done * tape->width : NULL;
-    const thrum_status status = record(model, tape, state, row, done + 1 == count, error);
+    const double *level = levels ? levels + done * tape->actuators : NULL;
+    const thrum_status status = record(model, tape, state, row, level, done + 1 == count, error);
     done += status >= 0 ? 1 : 0;
 
     // the smaller of two notable statuses is the more notable

@@ -9,13 +9,20 @@
  * coordinates that stay: its derivative is that of -s and of a factor of the loads with the
  * opposite sign.
  *
+ * Levels of actuators belong to a step, so that an end between two steps of other levels is
+ * evaluated with both. A factor of the stiffness is taken as one of all of V, what acts included,
+ * and of pressures, tendons and gases, which do not follow it, is taken back by their levels and by
+ * a factor of all gases.
+ *
  * SPDX-License-Identifier: Apache-2.0 */
 #include "core/base/fp_contract.h"
 
 #include <string.h>
 
 #include "core/base/finite.h"
+#include "core/base/model_law.h"
 #include "gradient/tape_private.h"
+#include "thrum/actuation.h"
 #include "thrum/condensed_model.h"
 
 /* Step k, whose rows are there. */
@@ -36,7 +43,8 @@ static thrum_step_change change_of(thrum_tape *tape) {
                               .p = tape->change[1],
                               .force = tape->change[2],
                               .force_before = tape->change[3],
-                              .damping = tape->change[4]};
+                              .damping = tape->change[4],
+                              .level = tape->level};
   memset(change.damping, 0, (size_t)tape->rank * sizeof(double));
   return change;
 }
@@ -52,10 +60,12 @@ static thrum_status check_pass(const thrum_model *model, const thrum_tape *tape,
   THRUM_TRY(thrum_tape_check(model, tape, error));
   if (!gradient)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "the gradient is NULL");
-  for (int64_t g = 0; model->shape && gradient->parts && g < gradient->part_count; g++)
+  const bool held = model->shape || tape->actuators > 0;
+  for (int64_t g = 0; held && gradient->parts && g < gradient->part_count; g++)
     if (gradient->parts[g].mass)
       return thrum_error_set(error, THRUM_UNSUPPORTED,
-                             "part %lld moves mass, and what follows of a condensed model has none",
+                             "part %lld moves mass, which what follows of a condensed model and "
+                             "what acts do not have",
                              (long long)g);
   if (tape->divided < 0)
     return THRUM_OK;
@@ -65,6 +75,16 @@ static thrum_status check_pass(const thrum_model *model, const thrum_tape *tape,
                          (long long)tape->divided, (double)tape->divided * tape->step.equation.dt);
 }
 
+/* Gives the model the levels of step k; true where they are others than it had. */
+static bool take_levels(thrum_tape *tape, int64_t k) {
+  const size_t all = (size_t)tape->actuators * sizeof(double);
+  if (tape->actuators == 0 || tape->count == 0 ||
+      memcmp(tape->acting, thrum_tape_levels(tape, k), all) == 0)
+    return false;
+  memcpy(tape->acting, thrum_tape_levels(tape, k), all);
+  return true;
+}
+
 /* Makes step k ready to be passed, one of its ends evaluated. */
 static thrum_status enter(thrum_tape *tape, int64_t k, const thrum_made_step *made, bool backward,
                           thrum_error *error) {
@@ -72,6 +92,12 @@ static thrum_status enter(thrum_tape *tape, int64_t k, const thrum_made_step *ma
 
   // both mean forces of `energy` need the same of the ends
   step->equation.form = (thrum_step_form)tape->form[k - tape->first];
+  if (take_levels(tape, k)) {
+    if (backward)
+      thrum_linear_step_evaluate(step, made->q_next, &step->end);
+    else
+      thrum_linear_step_evaluate(step, made->q, &step->start);
+  }
   if (backward)
     thrum_linear_step_evaluate(step, made->q, &step->start);
   else
@@ -82,11 +108,29 @@ static thrum_status enter(thrum_tape *tape, int64_t k, const thrum_made_step *ma
                          (long long)k, (double)k * step->equation.dt);
 }
 
+/* Is R cubic along a line? Not where a tendon or a gas acts, or the points have another law. */
+static bool is_cubic(const thrum_model *model) {
+  for (int64_t k = 0; k < thrum_model_actuators(model); k++)
+    if (model->actuator_kind[k] == THRUM_ACTUATOR_TENDON ||
+        model->actuator_kind[k] == THRUM_ACTUATOR_GAS)
+      return false;
+  return thrum_law_of_model(model) == THRUM_LAW_STVK;
+}
+
 /* The tape's linear step with the model and the arrays of a pass, its end at row `row` evaluated;
  * both mean forces of `energy` need the same there. */
-static void begin(const thrum_model *model, thrum_tape *tape, int64_t row, int64_t part_count) {
+static thrum_status begin(const thrum_model *model, thrum_tape *tape, int64_t row,
+                          int64_t part_count, thrum_error *error) {
   thrum_linear_step *step = &tape->step;
   step->model = model;
+  step->actuators = tape->actuators;
+  step->inexact = !is_cubic(thrum_condensed_shape_model(model));
+  step->levels_change = tape->actuators > 0;
+  if (tape->actuators > 0) {
+    THRUM_TRY(thrum_model_actuate(model, tape->end_levels, tape->acting, &tape->seen, error));
+    take_levels(tape, row > 0 ? tape->count - 1 : 0);
+    step->model = &tape->seen;
+  }
   step->rank = tape->rank;
   step->kappa = tape->kappa;
   step->nu = tape->nu;
@@ -97,6 +141,7 @@ static void begin(const thrum_model *model, thrum_tape *tape, int64_t row, int64
   if (part_count > 0)
     thrum_linear_step_prepare_parts(step);
   thrum_linear_step_evaluate(step, tape->q + row * tape->rank, &step->start);
+  return THRUM_OK;
 }
 
 static void add(double *to, const double *from, int64_t n) {
@@ -167,26 +212,29 @@ static void add_moved(const thrum_step_change *change, double by, const double *
       change->part[g] += by * product(bar, change->parts[g].mass, q, n);
 }
 
-/* What the sums over all steps say; false, and nothing is written, where one is not finite. */
+/* What the sums over all steps say, `acts` by a factor of all that acts without following the
+ * stiffness; false, and nothing is written, where one is not finite. */
 static bool put_sums(const thrum_model *model, const thrum_tape *tape,
-                     const thrum_step_change *change, double loads, thrum_tape_gradient *gradient) {
+                     const thrum_step_change *change, double loads, double acts,
+                     thrum_tape_gradient *gradient) {
   const int64_t r = tape->rank;
   double alpha = 0.0, beta = 0.0;
   for (int64_t i = 0; i < r; i++) {
     alpha += change->damping[i];
     beta += model->omega2[i] * change->damping[i];
   }
-  const double stiffness = change->stiffness + tape->step.equation.damping_beta * beta;
-  const double sums[] = {alpha, beta, stiffness, loads};
+  const double all = change->stiffness + tape->step.equation.damping_beta * beta;
+  const double sums[] = {alpha, beta, all, loads, acts};
   if (!thrum_all_finite(change->q, r) || !thrum_all_finite(change->p, r) ||
-      !thrum_all_finite(change->damping, r) || !thrum_all_finite(sums, 4) ||
+      !thrum_all_finite(change->damping, r) || !thrum_all_finite(sums, 5) ||
       !thrum_all_finite(change->part, change->part_count) ||
-      (gradient->force && !thrum_all_finite(gradient->force, tape->count * tape->width)))
+      (gradient->force && !thrum_all_finite(gradient->force, tape->count * tape->width)) ||
+      (gradient->levels && !thrum_all_finite(gradient->levels, tape->count * tape->actuators)))
     return false;
   gradient->alpha = alpha;
   gradient->beta = beta;
-  gradient->stiffness = stiffness;
-  gradient->density = -stiffness - loads;
+  gradient->stiffness = all - acts;
+  gradient->density = -all - loads;
 
   const size_t vector = (size_t)r * sizeof(double);
   if (gradient->q)
@@ -209,11 +257,19 @@ static void add_seen(const thrum_tape *tape, const double *q_bar, const double *
   add_moved(change, -0.5, p, made->p_next, r);
 }
 
+/* Does an actuator stay as it is where the stiffness of the body changes? Of a gas the level does
+ * not say all of its force. */
+static bool is_held(const thrum_model *model, int64_t actuator) {
+  const int32_t kind = model->actuator_kind[actuator];
+  return kind == THRUM_ACTUATOR_PRESSURE || kind == THRUM_ACTUATOR_TENDON;
+}
+
 /* From the end of the run, where nothing has followed, to its start; *loads: a factor of all
- * forces. */
+ * forces, *acts: of the levels that do not follow the stiffness. */
 static thrum_status pull_all(const thrum_model *model, thrum_tape *tape, const double *q_bar,
-                             const double *p_bar, double *force_bar, thrum_step_change *change,
-                             double *loads, thrum_error *error) {
+                             const double *p_bar, const thrum_tape_gradient *gradient,
+                             thrum_step_change *change, double *loads, double *acts,
+                             thrum_error *error) {
   const int64_t r = tape->rank, width = tape->width;
   const size_t vector = (size_t)r * sizeof(double);
   double *before = tape->change[model->shape ? 6 : 5];
@@ -221,11 +277,18 @@ static thrum_status pull_all(const thrum_model *model, thrum_tape *tape, const d
   for (int64_t k = tape->count - 1; k >= 0; k--) {
     THRUM_TRY(thrum_tape_reach(model, tape, k, error));
     const thrum_made_step made = made_step(tape, k);
-    double *force = force_bar ? force_bar + k * width : tape->wide[0];
+    double *force = gradient->force ? gradient->force + k * width : tape->wide[0];
     add_seen(tape, q_bar, p_bar, &made, k, change);
     thrum_linear_step_turn(&tape->step);
     THRUM_TRY(enter(tape, k, &made, true, error));
+    if (gradient->levels)
+      change->level = gradient->levels + k * tape->actuators;
+    for (int64_t a = 0; a < tape->actuators; a++)
+      change->level[a] = 0.0;
     thrum_linear_step_pull(&tape->step, &made, change);
+    for (int64_t a = 0; a < tape->actuators; a++)
+      if (is_held(model, a))
+        *acts += change->level[a] * thrum_tape_levels(tape, k)[a];
 
     // the force of this step, also as the one before the next
     if (model->shape) {
@@ -242,12 +305,9 @@ static thrum_status pull_all(const thrum_model *model, thrum_tape *tape, const d
   return THRUM_OK;
 }
 
-/* No sums. */
-static void clear(const thrum_tape *tape, thrum_step_change *change, double *force_bar) {
-  for (int64_t g = 0; g < change->part_count; g++)
-    change->part[g] = 0.0;
-  for (int64_t i = 0; force_bar && i < tape->count * tape->width; i++)
-    force_bar[i] = 0.0;
+static void clear(double *numbers, int64_t count) {
+  for (int64_t i = 0; numbers && i < count; i++)
+    numbers[i] = 0.0;
 }
 
 thrum_status thrum_tape_pull_back(const thrum_model *model, thrum_tape *tape, const double *q_bar,
@@ -260,28 +320,30 @@ thrum_status thrum_tape_pull_back(const thrum_model *model, thrum_tape *tape, co
                            "a derivative of the loss is not a finite number");
 
   thrum_step_change change = change_of(tape);
-  double loads = 0.0;
+  double loads = 0.0, acts = 0.0;
   take_parts(gradient, &change);
-  clear(tape, &change, NULL);
+  clear(change.part, change.part_count);
   memset(change.q, 0, (size_t)r * sizeof(double));
   memset(change.p, 0, (size_t)r * sizeof(double));
   thrum_status status = last > 0 ? thrum_tape_reach(model, tape, last - 1, error) : THRUM_OK;
-  if (status >= 0)
-    begin(model, tape, last - tape->first, change.part_count);
-  THRUM_THEN(status, pull_all(model, tape, q_bar, p_bar, gradient->force, &change, &loads, error));
+  THRUM_THEN(status, begin(model, tape, last - tape->first, change.part_count, error));
+  THRUM_THEN(status, pull_all(model, tape, q_bar, p_bar, gradient, &change, &loads, &acts, error));
   if (status >= 0) {
     thrum_linear_step_end_pull(&tape->step, tape->start_q, &change);
     add_moved(&change, 0.5, change.q, tape->start_q, r);
     add_moved(&change, 0.5, change.p, tape->start_p, r);
     add(change.q, q_bar, r);
     add(change.p, p_bar, r);
-    if (!put_sums(model, tape, &change, loads, gradient))
+    if (!put_sums(model, tape, &change, loads, acts + change.gas, gradient))
       status = thrum_error_set(error, THRUM_NOT_FINITE,
                                "the gradient leaves the range of finite numbers: a run this long "
                                "and this chaotic has none of use");
   }
-  if (status < 0)
-    clear(tape, &change, gradient->force);
+  if (status < 0) {
+    clear(change.part, change.part_count);
+    clear(gradient->force, last * tape->width);
+    clear(gradient->levels, last * tape->actuators);
+  }
   return status;
 }
 
@@ -320,6 +382,17 @@ static void put_force(const thrum_model *model, thrum_tape *tape, int64_t k,
     copy_or_zero(change->force, moved, tape->rank);
 }
 
+/* The change of the levels of step k, what does not follow the stiffness taken back. */
+static void put_levels(const thrum_model *model, thrum_tape *tape, int64_t k,
+                       const thrum_tape_gradient *direction) {
+  const double *levels = thrum_tape_levels(tape, k);
+  copy_or_zero(tape->level, direction->levels ? direction->levels + k * tape->actuators : NULL,
+               tape->actuators);
+  for (int64_t a = 0; a < tape->actuators; a++)
+    if (is_held(model, a))
+      tape->level[a] -= direction->stiffness * levels[a];
+}
+
 /* What is seen of the change of one end, in the coordinates of the caller. */
 static void put_seen(const thrum_step_change *change, const double *moved, const double *at,
                      int64_t n, double *to) {
@@ -336,6 +409,7 @@ thrum_status thrum_tape_push_forward(const thrum_model *model, thrum_tape *tape,
   const int64_t r = tape->rank;
   thrum_step_change change = change_of(tape);
   change.stiffness = direction->stiffness - direction->density;
+  change.gas = -direction->stiffness;
   take_parts(direction, &change);
 
   // the damping of each mode
@@ -353,7 +427,7 @@ thrum_status thrum_tape_push_forward(const thrum_model *model, thrum_tape *tape,
   add_shares(&change, 0.5, tape->start_p, r, change.p);
   if (tape->count > 0)
     THRUM_TRY(thrum_tape_reach(model, tape, 0, error));
-  begin(model, tape, 0, change.part_count);
+  THRUM_TRY(begin(model, tape, 0, change.part_count, error));
   thrum_linear_step_begin_push(&tape->step, tape->start_q, &change);
   double *before = tape->change[5];
   for (int64_t k = 0; k < tape->count; k++) {
@@ -362,6 +436,7 @@ thrum_status thrum_tape_push_forward(const thrum_model *model, thrum_tape *tape,
     put_force(model, tape, k, direction, &change, before);
     copy_or_zero(before, change.q, r);
     THRUM_TRY(enter(tape, k, &made, false, error));
+    put_levels(model, tape, k, direction);
     thrum_linear_step_push(&tape->step, &made, &change);
     put_seen(&change, change.q, made.q_next, r, q + (k + 1) * r);
     put_seen(&change, change.p, made.p_next, r, p + (k + 1) * r);

@@ -26,6 +26,14 @@ struct thrum_tape {
   double *force, *none; /* most x width, width zeros */
   const double *forces; /* NULL: none */
 
+  /* Of a model with actuators: the levels of each step, those that the state had at the end, and
+   * the model with those of the step that is passed. */
+  int64_t actuators;
+  double *levels;     /* most x actuators */
+  double *end_levels; /* actuators */
+  double *acting;     /* thrum_model_actuation_count */
+  thrum_model seen;
+
   /* Checkpoints: what persists of the state at the start of each segment, and a state that goes on
    * from there. */
   int64_t checkpoints;
@@ -37,6 +45,7 @@ struct thrum_tape {
   thrum_linear_step step;
   double *change[7]; /* rank each */
   double *wide[2];   /* width each */
+  double *level;     /* actuators */
 };
 
 /* Is this a tape that was started with this model? */
@@ -49,6 +58,11 @@ thrum_status thrum_tape_reach(const thrum_model *model, thrum_tape *tape, int64_
 
 /* The force of step k (width); before the first it is zero. */
 const double *thrum_tape_force(const thrum_tape *tape, int64_t k);
+
+/* The levels of step k (actuators). */
+static inline double *thrum_tape_levels(const thrum_tape *tape, int64_t k) {
+  return tape->levels + k * tape->actuators;
+}
 
 /* Where the force of step k sees what follows of a condensed model: in the middle of the step,
  * extrapolated from its start and the place before (rank, into `to`). */

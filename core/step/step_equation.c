@@ -48,9 +48,6 @@ static thrum_status refuse(const thrum_state *state, thrum_error *error) {
     return thrum_error_set(error, THRUM_UNSUPPORTED,
                            "a material that may flow has no equation here: its strain depends on "
                            "the steps before");
-  if (state->levels_count > 0)
-    return thrum_error_set(error, THRUM_UNSUPPORTED,
-                           "a body with actuators has no equation here: their levels change V");
   return THRUM_OK;
 }
 

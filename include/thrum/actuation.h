@@ -80,6 +80,16 @@ THRUM_API int64_t thrum_model_actuation_count(const thrum_model *model);
 THRUM_API thrum_status thrum_model_actuate(const thrum_model *model, const double *levels,
                                            double *memory, thrum_model *acting, thrum_error *error);
 
+/* What one unit of the level of actuator `index` (0-based) does at q (rank): its generalised force
+ * into `force` (rank) [kg^1/2 m/s^2], and the work that it has done on the way from rest [J] into
+ * *work. Either may be NULL. `acting` is a model of thrum_model_actuate; of its levels nothing
+ * depends. Of a rest R(q) = f the derivative of a loss by the level is the product of `force` with
+ * force_bar of thrum_rest_pull_back. THRUM_INVALID_ARGUMENT for NULL, another model or an index out
+ * of range, THRUM_BAD_VALUE for q that is not finite, THRUM_NOT_FINITE. Any thread. */
+THRUM_API thrum_status thrum_model_actuation_force(const thrum_model *acting, int64_t index,
+                                                   const double *q, double *force, double *work,
+                                                   thrum_error *error);
+
 #ifdef __cplusplus
 }
 #endif

@@ -17,9 +17,9 @@
  * differences of runs, set the tolerance to 1e-13.
  *
  * Steps by energy, newmark, midpoint and verlet of one dt, damping at rest, models of polynomials,
- * of cubature points and condensed ones. What has no derivative here is refused with
- * THRUM_UNSUPPORTED: other integrators, tangent damping, plastic flow, what follows with a
- * damping_beta, and a run with a step that a fallback level has divided.
+ * of cubature points and condensed ones, and bodies that act (thrum/actuation.h). What has no
+ * derivative here is refused with THRUM_UNSUPPORTED: other integrators, tangent damping, plastic
+ * flow, what follows with a damping_beta, and a run with a step that a fallback level has divided.
  *
  * A force has the coordinates of thrum_condensed_shape_model (`width`): of a model that is not
  * condensed, those of the model.
@@ -48,10 +48,10 @@ typedef struct thrum_tape_def {
   uint32_t cookie; /* sizeof(thrum_tape_def), from thrum_tape_def_init */
   int64_t steps;   /* that there is room for, 1 or more [1] */
 
-  /* 0: q and p of all steps are kept, with their forces 24 rank + 8 width bytes a step. Else the
-   * state is kept this often, and the steps between are made again, with the same bits, when a pass
-   * comes to them: a pass costs one run more. Memory is least, and grows with the root of `steps`,
-   * where the square of this is 24 rank steps over thrum_state_kept_bytes. */
+  /* 0: q and p of all steps are kept, with forces and levels 24 rank + 8 (width + actuators) bytes
+   * a step. Else the state is kept this often, and the steps between are made again, with the same
+   * bits, when a pass comes to them: a pass costs one run more. Memory is least, and grows with the
+   * root of `steps`, where the square of this is 24 rank steps over thrum_state_kept_bytes. */
   int64_t checkpoints;
   const thrum_state *state; /* with checkpoints: the one to be recorded, for its size */
 } thrum_tape_def;
@@ -109,6 +109,14 @@ THRUM_API thrum_status thrum_tape_step(const thrum_model *model, thrum_tape *tap
 THRUM_API thrum_status thrum_tape_run(const thrum_model *model, thrum_tape *tape,
                                       thrum_state *state, const double *force, int64_t count,
                                       int64_t *made, thrum_error *error);
+
+/* The same with the levels of each step (count x thrum_model_actuators; NULL: those of the state),
+ * as thrum_state_set_actuation sets them. The tape keeps the levels of all its steps, and those
+ * that a caller sets between two of them too. Failures also as thrum_state_set_actuation. */
+THRUM_API thrum_status thrum_tape_run_levels(const thrum_model *model, thrum_tape *tape,
+                                             thrum_state *state, const double *force,
+                                             const double *levels, int64_t count, int64_t *made,
+                                             thrum_error *error);
 
 /* Steps recorded since the start; 0 for NULL. */
 THRUM_API int64_t thrum_tape_steps(const thrum_tape *tape);
@@ -171,11 +179,13 @@ THRUM_API thrum_status thrum_spring_linear(const thrum_model *model, const int32
 typedef struct thrum_tape_gradient {
   double *q, *p;    /* by the start (rank each) */
   double *force;    /* by the force of each step (steps x width) */
+  double *levels;   /* by the levels of the actuators in each step (steps x actuators) */
   double *damping;  /* by D of each mode (rank) [1/s], apart from alpha and beta: of a ratio zeta
                        of a linear mode it is 2 omega times that */
   double alpha;     /* by damping_alpha [1/s] */
   double beta;      /* by damping_beta [s] */
-  double stiffness; /* by a factor of Young's modulus of the whole body, at 1, with beta held */
+  double stiffness; /* by a factor of Young's modulus of the whole body, at 1, with beta and the
+                       levels held: muscles follow it, pressures, tendons and gases do not */
   double density;   /* by a factor of its density, at 1, where q, p, the force at each point and
                        alpha and beta are held */
   const thrum_energy_part *parts; /* part_count */
@@ -189,7 +199,8 @@ typedef struct thrum_tape_gradient {
  * stiffness and 2/3 rank^3 a step. THRUM_UNSUPPORTED with the step and its time where one was
  * divided by a fallback level, THRUM_SINGULAR, THRUM_BAD_VALUE where a derivative given is not
  * finite, THRUM_NOT_FINITE where the gradient is not. The outputs then stay as they were, but for
- * `part` and `force`, in which the sums are made: where a pass fails on its way they are all 0. */
+ * `part`, `force` and `levels`, in which the sums are made: where a pass fails on its way they are
+ * all 0. */
 THRUM_API thrum_status thrum_tape_pull_back(const thrum_model *model, thrum_tape *tape,
                                             const double *q_bar, const double *p_bar,
                                             thrum_tape_gradient *gradient, thrum_error *error);

@@ -12,7 +12,8 @@
  * a'], a = f - R(q) - D p,  a' = f - R(q') - D p' verlet     p+ = (1 - h D/2) p - h/2 R(q) + h/2
  * [f_before + (f - f_before)/(1 + h D/2)], q' = q + h p+,  (1 + h D/2) p' = p+ - h/2 [R(q') - f]
  *
- * p of the time of q throughout; f is the mean load of the step, f_before that of the step before.
+ * R is that of the levels that a body which acts has in the step (thrum/actuation.h). p of the time
+ * of q throughout; f is the mean load of the step, f_before that of the step before.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_STEP_EQUATION_H

@@ -38,6 +38,7 @@ class Gradient:
     density: float  # by a factor of the density
     # by `Model.parameters`, regions x 3, with displacements, velocities and forces held; None: not asked for
     parameters: Array | None = None
+    actuation: Array | None = None  # by the level of each actuator in each step, steps x model.actuators; None: there are none
     springs: Array | None = None  # by the stiffness of each spring that was asked for [N/m], at what it was stepped with
 
 
@@ -45,7 +46,7 @@ class Rollout:
     """A run that was recorded: q and p after each step, and derivatives. `thrum.rollout` makes it."""
 
     def __init__(self, model: Model, steps: int, q: Any, p: Any, force: Any, stiffness: float, density: float,
-                 options: dict[str, Any]) -> None:
+                 options: dict[str, Any], actuation: Any = None) -> None:
         if steps < 1:
             raise ValueError(f"steps: {steps} steps; a run has one or more")
         rank = model.rank
@@ -56,6 +57,8 @@ class Rollout:
         self._factors = (float(stiffness), float(density))
         self._stepped = model.scale(stiffness=self._ratio()) if self._ratio() != 1.0 else model
         self._forces = forces if forces is None or density == 1.0 else forces / self._factors[1]
+        self._held = self._factors_of_levels()
+        levels = None if actuation is None else np.ascontiguousarray(self._levels(actuation, steps) * self._held)
         self._handle = self._stepped._handle()
         self._c_model = self._stepped._c
         self._parts: Any = None
@@ -69,8 +72,9 @@ class Rollout:
         self._tape = ffi.gc(place[0], lib.thrum_tape_destroy, 24 * rank * steps)
         with self._stepped.state(**options) as state:
             call(lib.thrum_tape_start, self._c_model, self._tape, state._state, *map(_native.pointer, start))
-            _native.call_interruptible((state, self._tape, self._forces), lib.thrum_tape_run, self._c_model, self._tape,
-                                       state._state, _native.pointer(self._forces), steps, ffi.NULL)
+            _native.call_interruptible((state, self._tape, self._forces, levels), lib.thrum_tape_run_levels, self._c_model,
+                                       self._tape, state._state, _native.pointer(self._forces), _native.pointer(levels), steps,
+                                       ffi.NULL)
         self.steps = steps
         self.dt = float(options.get("dt", 0.003))
 
@@ -79,6 +83,27 @@ class Rollout:
         if not (stiffness > 0.0 and density > 0.0):
             raise ValueError(f"stiffness {stiffness} and density {density} are factors above 0")
         return stiffness / density
+
+    def _factors_of_levels(self) -> Array:
+        """What the levels are multiplied by in coordinates that stay: what acts is divided by the density, as forces are."""
+        kinds = _native.view(self.model._c.actuator_kind, (len(self.model.actuators),), "<i4", self.model)
+        if kinds is None:
+            return np.ones(0)
+        if self._factors[1] != 1.0 and lib.THRUM_ACTUATOR_GAS in kinds:
+            raise ValueError("density: a body with a gas has no factor of its density, as the pressure outside stays")
+        return np.where(kinds == lib.THRUM_ACTUATOR_STRAIN, 1.0, 1.0 / self._factors[1])
+
+    def _levels(self, value: Any, steps: int) -> Array:
+        """Levels of each step, steps x actuators, from names and levels, each a number or steps of them, or all in order."""
+        names = self.model.actuators
+        if not isinstance(value, dict):
+            return _native.doubles(value, (steps, len(names)), "actuation")
+        rows = np.zeros((steps, len(names)))
+        for name, levels in value.items():
+            if name not in names:
+                raise KeyError(f"no actuator {name!r}; the model has {', '.join(names) or 'none'}")
+            rows[:, names.index(name)] = levels
+        return rows
 
     def __repr__(self) -> str:
         return f"<thrum.Rollout steps={self.steps} dt={self.dt:g} s rank={self.model.rank}>"
@@ -116,8 +141,10 @@ class Rollout:
         bars = [None if value is None else _native.doubles(value, shape, name)
                 for value, name in ((q_bar, "q_bar"), (p_bar, "p_bar"))]
         q, p, damping, force = np.empty(rank), np.empty(rank), np.empty(rank), np.empty((self.steps, self.model.shown))
+        levels = np.empty((self.steps, self._held.size)) if self._held.size else None
         found = ffi.new("thrum_tape_gradient *", {"q": _native.pointer(q), "p": _native.pointer(p),
-                                                  "force": _native.pointer(force), "damping": _native.pointer(damping)})
+                                                  "force": _native.pointer(force), "damping": _native.pointer(damping),
+                                                  "levels": _native.pointer(levels)})
         held = self._parts_of(parameters, springs)
         values = np.empty(len(held))
         found.parts, found.part, found.part_count = held, _native.pointer(values), len(held)
@@ -126,7 +153,7 @@ class Rollout:
         # the library's are by factors of what was stepped
         return Gradient(q, p, force / density, damping, found.alpha, found.beta, found.stiffness / stiffness,
                         found.density / density, values[:len(values) - len(springs)].reshape(-1, 3) if parameters else None,
-                        values[len(values) - len(springs):] / density if springs else None)
+                        None if levels is None else levels * self._held, values[len(values) - len(springs):] / density if springs else None)
 
     def _parts_of(self, parameters: bool, springs: Sequence[Any]) -> Any:
         """The parts of the energy that are asked for, those of the parameters first."""
@@ -156,7 +183,8 @@ class Rollout:
         return linear
 
     def push_forward(self, q: Any = None, p: Any = None, force: Any = None, damping: Any = None, alpha: float = 0.0,
-                     beta: float = 0.0, stiffness: float = 0.0, density: float = 0.0) -> tuple[Array, Array]:
+                     beta: float = 0.0, stiffness: float = 0.0, density: float = 0.0,
+                     actuation: Any = None) -> tuple[Array, Array]:
         """The change of q and p, (steps + 1) x r each, with a change of what the run depends on, to first order."""
         rank = self.model.rank
         held = [None if value is None else _native.doubles(value, shape, name)
@@ -165,8 +193,10 @@ class Rollout:
         by_stiffness, by_density = self._factors
         if held[2] is not None:
             held[2] = held[2] / by_density
+        levels = None if actuation is None else np.ascontiguousarray(self._levels(actuation, self.steps) * self._held)
         direction = ffi.new("thrum_tape_gradient *", {
             **{name: _native.pointer(value) for name, value in zip(("q", "p", "force", "damping"), held)},
+            "levels": _native.pointer(levels),
             "alpha": float(alpha), "beta": float(beta), "stiffness": float(stiffness) / by_stiffness,
             "density": float(density) / by_density})
         into = np.empty((self.steps + 1, rank)), np.empty((self.steps + 1, rank))
@@ -174,39 +204,42 @@ class Rollout:
         return into
 
 
-def rollout(model: Model, steps: int, q: Any = None, p: Any = None, force: Any = None, *, stiffness: float = 1.0,
-            density: float = 1.0, **options: Unpack[StateOptions]) -> Rollout:
+def rollout(model: Model, steps: int, q: Any = None, p: Any = None, force: Any = None, *, actuation: Any = None,
+            stiffness: float = 1.0, density: float = 1.0, **options: Unpack[StateOptions]) -> Rollout:
     """Makes a run of `steps` steps that can be differentiated.
 
-    q, p: the start (r; None: zero); force: the force of each step (steps x model.shown; None: none); stiffness, density: factors of
-    Young's modulus and of the density of the whole body, in coordinates that stay. options: those of `Model.state`, with the
-    integrators energy, newmark, midpoint and verlet. A tolerance of 1e-13 makes gradients agree with differences of runs;
-    with the default they err by about 1e-5 of a step.
+    q, p: the start (r; None: zero); force: the force of each step (steps x model.shown; None: none); actuation: levels of
+    what acts on the body in each step, {"air": 2e4, "wire": a number for each step} or steps x model.actuators (None: zero);
+    stiffness, density: factors of Young's modulus and of the density of the whole body, in coordinates that stay, where muscles
+    follow the modulus and pressures, tendons and gases do not. options: those of `Model.state`, with the integrators energy,
+    newmark, midpoint and verlet. A tolerance of 1e-13 makes gradients agree with differences of runs; with the default they err
+    by about 1e-5 of a step.
     """
-    return Rollout(model, steps, q, p, force, stiffness, density, dict(options))
+    return Rollout(model, steps, q, p, force, stiffness, density, dict(options), actuation)
 
 
 def value_and_gradient(loss: Loss, model: Model, steps: int, q: Any = None, p: Any = None, force: Any = None, *,
-                       stiffness: float = 1.0, density: float = 1.0, parameters: bool = False,
+                       actuation: Any = None, stiffness: float = 1.0, density: float = 1.0, parameters: bool = False,
                        **options: Unpack[StateOptions]) -> tuple[float, Gradient]:
     """The loss of a run and its gradient. loss(q, p) gets q and p after each step, (steps + 1) x r each, and returns its value and
     its derivatives by both (None: it does not depend on that one). parameters: as for `Rollout.pull_back`. All else is as for `rollout`."""
-    run = rollout(model, steps, q, p, force, stiffness=stiffness, density=density, **options)
+    run = rollout(model, steps, q, p, force, actuation=actuation, stiffness=stiffness, density=density, **options)
     value, q_bar, p_bar = loss(run.q, run.p)
     return float(value), run.pull_back(q_bar, p_bar, parameters=parameters)
 
 
 def hessian_product(loss: Loss, model: Model, steps: int, q: Any = None, p: Any = None, force: Any = None, *,
-                    along: dict[str, Any], step: float = 1e-4, **options: Unpack[StateOptions]) -> Gradient:
+                    actuation: Any = None, along: dict[str, Any], step: float = 1e-4, **options: Unpack[StateOptions]) -> Gradient:
     """The change of the gradient of a loss along a direction: a product with the matrix of its second derivatives.
 
-    along: the direction of some of q, p, force, damping_alpha, damping_beta, stiffness and density, which are then given too or
-    have their defaults. By the difference of two exact gradients, `step` of the direction to either side: about six runs, and
+    along: the direction of some of q, p, force, actuation (steps x model.actuators), damping_alpha, damping_beta, stiffness and
+    density, which are then given too or have their defaults. By the difference of two exact gradients, `step` of the direction to either side: about six runs, and
     1e-6 where a step is small beside what it changes and the tolerance of the run is 1e-13.
     """
-    held: dict[str, Any] = {"q": q, "p": p, "force": force, **options}
+    held: dict[str, Any] = {"q": q, "p": p, "force": force, "actuation": actuation, **options}
     defaults: dict[str, Any] = {"q": np.zeros(model.rank), "p": np.zeros(model.rank), "force": np.zeros((steps, model.shown)),
-                "damping_alpha": 0.0, "damping_beta": 0.0, "stiffness": 1.0, "density": 1.0}
+                                "actuation": np.zeros((steps, len(model.actuators))), "damping_alpha": 0.0, "damping_beta": 0.0,
+                                "stiffness": 1.0, "density": 1.0}
     found = []
     for side in (step, -step):
         moved = dict(held)
@@ -215,4 +248,4 @@ def hessian_product(loss: Loss, model: Model, steps: int, q: Any = None, p: Any 
             moved[name] = (defaults[name] if at is None else np.asarray(at)) + side * np.asarray(change)
         found.append(value_and_gradient(loss, model, steps, **moved)[1])
     return Gradient(**{field.name: (getattr(found[0], field.name) - getattr(found[1], field.name)) / (2 * step)
-                       for field in fields(Gradient) if field.name not in ("parameters", "springs")})
+                       for field in fields(Gradient) if getattr(found[0], field.name) is not None})

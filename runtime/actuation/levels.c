@@ -110,6 +110,31 @@ thrum_status thrum_model_actuate(const thrum_model *model, const double *levels,
   return THRUM_OK;
 }
 
+thrum_status thrum_model_actuation_force(const thrum_model *acting, int64_t index, const double *q,
+                                         double *force, double *work, thrum_error *error) {
+  THRUM_TRY(check_model(acting, error));
+  if (!acting->levels || !q || index < 0 || index >= acting->actuator_count)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "actuator %lld of %lld: q is NULL, there is none of this index, or the "
+                           "model is not one of thrum_model_actuate",
+                           (long long)index, (long long)acting->actuator_count);
+  if (!thrum_all_finite(q, acting->rank))
+    return thrum_error_set(error, THRUM_BAD_VALUE, "q has a number that is not finite");
+  double slope[THRUM_RANK_MAX], base = 0.0;
+  const double measure =
+      thrum_acting_measure(thrum_kernel_get(THRUM_KERNEL_BEST), acting, index, q, slope, &base);
+  if (!isfinite(measure) || !thrum_all_finite(slope, acting->rank))
+    return thrum_error_set(error, THRUM_NOT_FINITE,
+                           "at this q the force of actuator %lld is beyond the range of finite "
+                           "numbers",
+                           (long long)index);
+  if (force)
+    memcpy(force, slope, (size_t)acting->rank * sizeof *force);
+  if (work)
+    *work = measure;
+  return THRUM_OK;
+}
+
 /* --- a state ---------------------------------------------------------------------------------- */
 
 void thrum_actuation_plan(const thrum_model *model, thrum_state *state) {

@@ -27,7 +27,17 @@ static void use_actuators(const thrum_model *model, thrum_state *state, fuzz_dra
   // the same levels for what has no state
   thrum_model acting;
   double *memory = block((size_t)thrum_model_actuation_count(model) * sizeof *memory);
-  fuzz_check(thrum_model_actuate(model, levels, memory, &acting, &error), &error);
+  double q[RANK_MOST], force[RANK_MOST];
+  draw_vector(draw, model->rank, 0.1, q);
+  thrum_status status = thrum_model_actuate(model, levels, memory, &acting, &error);
+  fuzz_check(status, &error);
+  index = draw_index(draw, count + 1);
+  if (status >= 0)
+    status = thrum_model_actuation_force(&acting, index, q, force, numbers, &error);
+  if (status >= 0) {
+    must_be_finite(force, model->rank);
+    must_be_finite(numbers, 1);
+  }
   free(memory);
 }
 

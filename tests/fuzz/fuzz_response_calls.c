@@ -5,6 +5,7 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "tests/fuzz/fuzz_use.h"
 
+#include "thrum/actuation.h"
 #include "thrum/condensed_model.h"
 #include "thrum/gradient.h"
 #include "thrum/parameters.h"
@@ -175,10 +176,12 @@ static void derive_run(const thrum_model *model, thrum_tape *tape, fuzz_draw *dr
     must_be_finite(thrum_tape_q(tape), rows * r);
     must_be_finite(thrum_tape_p(tape), rows * r);
   }
+  double levels[(STEPS + 2) * THRUM_ACTUATORS_MAX];
   draw_vector(draw, rows * r, 1, q_bar);
   draw_vector(draw, rows * r, 1, p_bar);
   derive_parameters(model, tape, q_bar);
-  thrum_tape_gradient gradient = {.q = q, .p = p, .force = force, .damping = damping};
+  thrum_tape_gradient gradient = {
+      .q = q, .p = p, .force = force, .levels = levels, .damping = damping};
   thrum_error error = {0};
   thrum_status status = thrum_tape_pull_back(model, tape, q_bar, p_bar, &gradient, &error);
   fuzz_check(status, &error);
@@ -187,6 +190,7 @@ static void derive_run(const thrum_model *model, thrum_tape *tape, fuzz_draw *dr
   must_be_finite(q, r);
   must_be_finite(p, r);
   must_be_finite(force, (rows - 1) * thrum_condensed_shape_model(model)->rank);
+  must_be_finite(levels, (rows - 1) * thrum_model_actuators(model));
 
   // the same numbers as a direction
   fuzz_check(thrum_tape_push_forward(model, tape, &gradient, q_bar, p_bar, &error), &error);
@@ -195,6 +199,7 @@ static void derive_run(const thrum_model *model, thrum_tape *tape, fuzz_draw *dr
 static void use_tape(const thrum_model *model, fuzz_draw *draw) {
   thrum_state_def def = draw_def(draw, model->rank);
   double q[RANK_MOST], p[RANK_MOST], force[(STEPS + 1) * RANK_MOST];
+  double levels[STEPS * THRUM_ACTUATORS_MAX];
   thrum_error error = {0};
   thrum_state *state = NULL;
   thrum_tape *tape = NULL, *second = NULL;
@@ -219,7 +224,13 @@ static void use_tape(const thrum_model *model, fuzz_draw *draw) {
     int64_t made = 0;
     fuzz_check(thrum_tape_step(model, tape, state, force, &error), &error);
     use_equation(model, state);
-    fuzz_check(thrum_tape_run(model, tape, state, force + width, STEPS, &made, &error), &error);
+    draw_vector(draw, STEPS * thrum_model_actuators(model), 1e3, levels);
+    if (thrum_model_actuators(model) > 0)
+      fuzz_check(
+          thrum_tape_run_levels(model, tape, state, force + width, levels, STEPS, &made, &error),
+          &error);
+    else
+      fuzz_check(thrum_tape_run(model, tape, state, force + width, STEPS, &made, &error), &error);
     derive_run(model, tape, draw);
   }
   thrum_tape_destroy(tape);

@@ -4,10 +4,82 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "tests/support/condensed_support.h"
 
+#include "thrum/actuation.h"
 #include "thrum/gradient.h"
 #include "thrum/step_equation.h"
 
 enum { RANK = 5, STEPS = 40, POINTS = (STEPS + 1) * RANK, FORCES = STEPS * RANK };
+enum { ACTUATORS = 4, LEVELS = STEPS * ACTUATORS, GUIDES = 3 };
+
+/* What acts on a random body: one of each kind. */
+typedef struct actors {
+  int32_t kind[ACTUATORS], ends[ACTUATORS];
+  double rest[3 * ACTUATORS], linear[ACTUATORS * RANK], quadratic[ACTUATORS * RANK * RANK];
+  double cubic[2 * RANK * RANK * (RANK + 1) / 2];
+  double places[3 * GUIDES], rows[3 * GUIDES * RANK];
+} actors;
+
+/* The rows of a random cubic form of a chamber: what q_i q_j adds to its gradient. */
+static void put_cubic(random_state *random, double *rows) {
+  double form[RANK][RANK][RANK];
+  for (int i = 0; i < RANK; i++)
+    for (int j = i; j < RANK; j++)
+      for (int k = j; k < RANK; k++)
+        form[i][j][k] = 3 * random_uniform(random);
+  for (int i = 0; i < RANK; i++)
+    for (int j = i; j < RANK; j++)
+      for (int k = 0; k < RANK; k++) {
+        int64_t at[3] = {i, j, k};
+        random_sort(at, 3);
+        *rows++ = (i == j ? 1 : 2) * form[at[0]][at[1]][at[2]];
+      }
+}
+
+/* Pressure, strain, tendon and gas on a body, with the same random numbers each time. */
+static void add_actors(thrum_model *model, actors *a) {
+  random_state random = {77};
+  memset(a, 0, sizeof *a);
+  random_vector(&random, ACTUATORS * RANK, 1, a->linear);
+  for (int k = 0; k < ACTUATORS; k++) {
+    a->kind[k] = k;
+    a->ends[k] = k < THRUM_ACTUATOR_TENDON ? 0 : GUIDES;
+    for (int i = 0; i < RANK; i++)
+      for (int j = 0; j <= i; j++)
+        a->quadratic[(k * RANK + i) * RANK + j] = a->quadratic[(k * RANK + j) * RANK + i] =
+            random_uniform(&random);
+    a->rest[3 * k] = 8;
+    a->rest[3 * k + 1] = k == THRUM_ACTUATOR_GAS ? 50 : 0;
+  }
+  put_cubic(&random, a->cubic);
+  put_cubic(&random, a->cubic + RANK * RANK * (RANK + 1) / 2);
+  const double places[] = {0, 0, 0, 1, 0.2, 0, 2, 0, 0.3};
+  memcpy(a->places, places, sizeof places);
+  random_vector(&random, 3 * GUIDES * RANK, 0.5, a->rows);
+  double length = 0;
+  for (int n = 0; n < 2; n++) {
+    const double *from = places + 3 * n;
+    length +=
+        sqrt(pow(from[3] - from[0], 2) + pow(from[4] - from[1], 2) + pow(from[5] - from[2], 2));
+  }
+  a->rest[3 * THRUM_ACTUATOR_TENDON] = length;
+
+  static const char texts[] = "a=0\0b=1\0c=2\0d=3";
+  model->actuator_count = ACTUATORS;
+  model->actuator_bytes = sizeof texts;
+  model->actuator_square = RANK * RANK;
+  model->actuator_cube = RANK * RANK * (RANK + 1) / 2;
+  model->chamber_count = 2;
+  model->guide_count = GUIDES;
+  model->actuator_texts = (const uint8_t *)texts;
+  model->actuator_kind = a->kind;
+  model->actuator_rest = a->rest;
+  model->actuator_linear = a->linear;
+  model->actuator_quadratic = a->quadratic;
+  model->actuator_cubic = a->cubic;
+  model->guide_ends = a->ends;
+  model->guide_places = a->places;
+  model->guide_rows = a->rows;
+}
 
 /* A tape for so many steps. */
 static thrum_status create(const thrum_model *model, int64_t steps, thrum_tape **tape,
@@ -23,6 +95,7 @@ typedef struct inputs {
   double alpha, beta, stiffness, density;
   double damping[RANK]; /* of single modes */
   double part;          /* share of a part of the energy */
+  double levels[LEVELS];
 } inputs;
 
 typedef struct run {
@@ -33,6 +106,8 @@ typedef struct run {
   random_model body, other;   /* other: cubic and quartic form of the part, */
   double linear[RANK * RANK]; /* and its stiffness */
   bool parted;                /* the share changes */
+  bool acts;                  /* the body has actuators */
+  actors actors;
   inputs at, along;
   double q_bar[POINTS], p_bar[POINTS]; /* the loss is their product with the run */
 } run;
@@ -66,6 +141,11 @@ static void run_make(run *r, uint64_t seed, double amplitude) {
   r->along.density = -0.7;
   random_vector(&random, POINTS, 1, r->q_bar);
   random_vector(&random, POINTS, 0.02, r->p_bar);
+  if (!r->acts)
+    return;
+  add_actors(&r->body.model, &r->actors);
+  random_vector(&random, LEVELS, 40, r->at.levels);
+  random_vector(&random, LEVELS, 40, r->along.levels);
 }
 
 static thrum_state_def def_of(const run *r, const inputs *at) {
@@ -204,6 +284,14 @@ static void turn_rows(const double *turn, bool transposed, int64_t count, const 
     }
 }
 
+/* The levels of a step in coordinates that stay: strains follow the stiffness, and all are divided
+ * by the density. */
+static void levels_of(const inputs *at, int step, double *levels) {
+  for (int k = 0; k < ACTUATORS; k++)
+    levels[k] = at->levels[step * ACTUATORS + k] *
+                (k == THRUM_ACTUATOR_STRAIN ? at->stiffness : 1) / at->density;
+}
+
 /* Makes the run on a tape of its own. */
 static thrum_tape *record(const run *r, const inputs *at, const thrum_model *model,
                           thrum_state **state) {
@@ -218,6 +306,10 @@ static thrum_tape *record(const run *r, const inputs *at, const thrum_model *mod
     double force[RANK];
     for (int i = 0; i < RANK; i++)
       force[i] = at->force[k * RANK + i] / at->density;
+    double levels[ACTUATORS];
+    levels_of(at, k, levels);
+    if (r->acts && thrum_state_set_actuation(model, *state, levels, &error) < 0)
+      fail_msg("%s", error.message);
     if (thrum_tape_step(model, tape, *state, force, &error) < 0)
       fail_msg("%s", error.message);
   }
@@ -240,6 +332,8 @@ static double loss_at(const run *r, double by) {
   }
   for (int i = 0; i < FORCES; i++)
     at.force[i] += by * r->along.force[i];
+  for (int i = 0; i < LEVELS; i++)
+    at.levels[i] += by * r->along.levels[i];
   at.alpha += by * r->along.alpha;
   at.beta += by * r->along.beta;
   at.stiffness += by * r->along.stiffness;
@@ -248,9 +342,14 @@ static double loss_at(const run *r, double by) {
     at.damping[i] += by * r->along.damping[i];
 
   random_model body;
+  actors own;
   thrum_state *state;
   body_of(r, &at, &body);
   body.model.damping = at.damping;
+  if (r->acts) {
+    add_actors(&body.model, &own);
+    own.rest[3 * THRUM_ACTUATOR_GAS + 1] /= at.density;
+  }
 
   // the modes are found anew, and the run is seen in the coordinates that stay
   inputs turned = at;
@@ -290,7 +389,7 @@ static void by_passes(const run *r, double *backward, double *forward) {
   thrum_state *state;
   thrum_error error;
   thrum_tape *tape = record(r, &r->at, &r->body.model, &state);
-  double q[RANK], p[RANK], force[FORCES], damping[RANK];
+  double q[RANK], p[RANK], force[FORCES], damping[RANK], levels[LEVELS] = {0};
   double none[RANK] = {0};
   thrum_model form = r->other.model;
   form.omega2 = none;
@@ -299,6 +398,7 @@ static void by_passes(const run *r, double *backward, double *forward) {
   thrum_tape_gradient g = {.q = q,
                            .p = p,
                            .force = force,
+                           .levels = levels,
                            .damping = damping,
                            .parts = &part,
                            .part = &by_part,
@@ -308,7 +408,8 @@ static void by_passes(const run *r, double *backward, double *forward) {
   const inputs *d = &r->along;
   *backward = dot(q, d->q, RANK) + dot(p, d->p, RANK) + dot(force, d->force, FORCES) +
               g.alpha * d->alpha + g.beta * d->beta + g.stiffness * d->stiffness +
-              g.density * d->density + dot(damping, d->damping, RANK) + by_part * d->part;
+              g.density * d->density + dot(damping, d->damping, RANK) + by_part * d->part +
+              dot(levels, d->levels, LEVELS);
 
   // D of each mode beside: by its own derivatives, added to both
   double more[RANK];
@@ -318,6 +419,7 @@ static void by_passes(const run *r, double *backward, double *forward) {
   thrum_tape_gradient along = {.q = copy.q,
                                .p = copy.p,
                                .force = copy.force,
+                               .levels = copy.levels,
                                .damping = more,
                                .alpha = d->alpha,
                                .beta = d->beta,
@@ -350,6 +452,9 @@ static int steps_of(const run *r, thrum_step_form form) {
   int count = 0;
   for (int k = 0; k < STEPS; k++) {
     thrum_step_equation equation;
+    if (r->acts)
+      assert_int_equal(
+          thrum_state_set_actuation(model, state, r->at.levels + k * ACTUATORS, &error), THRUM_OK);
     assert_true(thrum_tape_step(model, tape, state, r->at.force + k * RANK, &error) >= 0);
     assert_int_equal(thrum_step_equation_get(model, state, &equation, NULL, NULL, NULL, NULL),
                      THRUM_OK);
@@ -440,11 +545,41 @@ static void a_gradient_is_that_of_the_run_and_its_transpose(void **context) {
       {{.integrator = THRUM_INTEGRATOR_VERLET, .h = 0.002, .damped = true, .parted = true},
        0.15,
        THRUM_STEP_VERLET},
+      {{.integrator = THRUM_INTEGRATOR_ENERGY,
+        .h = 0.004,
+        .damped = true,
+        .matched = true,
+        .acts = true},
+       0.15,
+       THRUM_STEP_TRAPEZOID},
+      {{.integrator = THRUM_INTEGRATOR_ENERGY,
+        .h = 0.11,
+        .damped = true,
+        .matched = true,
+        .acts = true},
+       0.2,
+       THRUM_STEP_AVERAGE},
+      {{.integrator = THRUM_INTEGRATOR_MIDPOINT, .h = 0.004, .damped = true, .acts = true},
+       0.15,
+       THRUM_STEP_MIDPOINT},
+      {{.integrator = THRUM_INTEGRATOR_NEWMARK,
+        .h = 0.004,
+        .damped = true,
+        .acts = true,
+        .newmark_beta = 0.25,
+        .newmark_gamma = 0.5},
+       0.15,
+       THRUM_STEP_NEWMARK},
+      {{.integrator = THRUM_INTEGRATOR_VERLET, .h = 0.002, .damped = true, .acts = true},
+       0.15,
+       THRUM_STEP_VERLET},
   };
   for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
     run r = cases[n].r;
     run_make(&r, 9, cases[n].amplitude);
-    assert_true(steps_of(&r, cases[n].form) > STEPS / 2);
+    const int taken = steps_of(&r, cases[n].form);
+    if (taken <= STEPS / 2)
+      fail_msg("case %zu: %d steps of its form", n, taken);
 
     double backward = 0, forward = 0;
     by_passes(&r, &backward, &forward);
@@ -550,6 +685,56 @@ static void a_rest_has_the_gradient_of_its_solutions(void **context) {
   assert_int_equal(thrum_rest_pull_back(model, q, q_bar, load_bar, NULL, work, NULL),
                    THRUM_BAD_VALUE);
   assert_int_equal(thrum_rest_pull_back(model, NULL, q_bar, load_bar, NULL, work, NULL),
+                   THRUM_INVALID_ARGUMENT);
+  free(work);
+  random_model_free(&body);
+}
+
+/* A rest under levels, R(q) = 0, moves with each of them as its gradient says. */
+static void a_rest_moves_with_the_levels(void **context) {
+  (void)context;
+  random_model body;
+  actors own;
+  random_model_make(&body, 11, RANK, 20, 60, 1);
+  add_actors(&body.model, &own);
+  thrum_model acting;
+  double *work = random_alloc(RANK * (RANK + 3) + (int64_t)thrum_work_count(&body.model) +
+                                  thrum_model_actuation_count(&body.model),
+                              sizeof(double));
+  double *memory = work + RANK * (RANK + 3) + (int64_t)thrum_work_count(&body.model);
+  const double q_bar[RANK] = {1, -2, 0.5, 1, 3}, along[ACTUATORS] = {3, 2, -1, 2};
+  double values[2], exact = 0, force[RANK], step[RANK], q[RANK] = {0};
+  for (int side = 2; side >= 0; side--) {
+    double levels[ACTUATORS] = {30, 20, 40, 10};
+    for (int k = 0; k < ACTUATORS; k++)
+      levels[k] += side == 2 ? 0 : 1e-3 * (2 * side - 1) * along[k];
+    assert_int_equal(thrum_model_actuate(&body.model, levels, memory, &acting, NULL), THRUM_OK);
+    for (int it = 0; it < 30; it++) {
+      thrum_internal_force(&acting, q, force, work);
+      assert_int_equal(thrum_rest_pull_back(&acting, q, force, step, NULL, work, NULL), THRUM_OK);
+      for (int i = 0; i < RANK; i++)
+        q[i] -= step[i];
+    }
+    if (side < 2) {
+      values[side] = dot(q, q_bar, RANK);
+      continue;
+    }
+    double force_bar[RANK];
+    assert_int_equal(thrum_rest_pull_back(&acting, q, q_bar, force_bar, NULL, work, NULL),
+                     THRUM_OK);
+    for (int k = 0; k < ACTUATORS; k++) {
+      assert_int_equal(thrum_model_actuation_force(&acting, k, q, force, NULL, NULL), THRUM_OK);
+      exact += along[k] * dot(force_bar, force, RANK);
+    }
+  }
+  assert_true(fabs((values[1] - values[0]) / 2e-3 / exact - 1) < 1e-6);
+
+  // what is refused
+  q[0] = NAN;
+  assert_int_equal(thrum_model_actuation_force(&acting, 0, q, force, NULL, NULL), THRUM_BAD_VALUE);
+  assert_int_equal(thrum_model_actuation_force(&acting, ACTUATORS, q_bar, force, NULL, NULL),
+                   THRUM_INVALID_ARGUMENT);
+  assert_int_equal(thrum_model_actuation_force(&body.model, 0, q_bar, force, NULL, NULL),
                    THRUM_INVALID_ARGUMENT);
   free(work);
   random_model_free(&body);
@@ -764,12 +949,17 @@ static void checkpoints_give_the_same_bits(void **context) {
   enum { LONG = 1000 };
   random_model body;
   random_model_make(&body, 4, RANK, 20, 200, 1);
+  actors acting;
+  add_actors(&body.model, &acting);
   const thrum_model *model = &body.model;
+  double *levels = random_alloc(3 * LONG * ACTUATORS, sizeof *levels);
+  double *by_levels = levels + LONG * ACTUATORS;
   double *force = random_alloc(2 * LONG * RANK, sizeof *force), *bar = force + LONG * RANK;
   double *by_force = random_alloc(2 * LONG * RANK, sizeof *by_force);
   double *q_bar = random_alloc((LONG + 1) * RANK, sizeof *q_bar);
   random_state random = {9};
   random_vector(&random, LONG * RANK, 300, force);
+  random_vector(&random, LONG * ACTUATORS, 30, levels);
   random_vector(&random, LONG * RANK, 1, bar);
   memcpy(q_bar + RANK, bar, LONG * RANK * sizeof *bar);
   for (int n = 0; n < 2; n++) {
@@ -785,16 +975,18 @@ static void checkpoints_give_the_same_bits(void **context) {
       room.checkpoints = 8 * kept;
       room.state = state;
       thrum_tape *tape = NULL;
-      thrum_tape_gradient g = {.q = q[kept], .force = by_force + kept * LONG * RANK};
+      thrum_tape_gradient g = {.q = q[kept],
+                               .force = by_force + kept * LONG * RANK,
+                               .levels = by_levels + kept * LONG * ACTUATORS};
       assert_int_equal(thrum_tape_size(model, &room, &sizes[kept], NULL), THRUM_OK);
       assert_int_equal(thrum_tape_create(model, &room, &tape, NULL), THRUM_OK);
       assert_int_equal(thrum_tape_start(model, tape, state, along, NULL, NULL), THRUM_OK);
 
       // a pass in between has the tape go on as before
-      assert_true(thrum_tape_run(model, tape, state, force, 333, NULL, NULL) >= 0);
+      assert_true(thrum_tape_run_levels(model, tape, state, force, levels, 333, NULL, NULL) >= 0);
       assert_int_equal(thrum_tape_pull_back(model, tape, q_bar, NULL, &g, NULL), THRUM_OK);
-      assert_true(thrum_tape_run(model, tape, state, force + 333 * RANK, LONG - 333, NULL, NULL) >=
-                  0);
+      assert_true(thrum_tape_run_levels(model, tape, state, force + 333 * RANK,
+                                        levels + 333 * ACTUATORS, LONG - 333, NULL, NULL) >= 0);
       assert_int_equal(thrum_tape_pull_back(model, tape, q_bar, NULL, &g, NULL), THRUM_OK);
       scalars[kept] = g.stiffness + g.beta;
       assert_true((thrum_tape_q(tape) == NULL) == (kept == 1));
@@ -803,9 +995,12 @@ static void checkpoints_give_the_same_bits(void **context) {
     }
     assert_memory_equal(q[0], q[1], sizeof q[0]);
     assert_memory_equal(by_force, by_force + LONG * RANK, LONG * RANK * sizeof *by_force);
+    assert_memory_equal(by_levels, by_levels + LONG * ACTUATORS,
+                        LONG * ACTUATORS * sizeof *by_levels);
     assert_true(scalars[0] == scalars[1]);
-    assert_true(sizes[1] < sizes[0] / 2);
+    assert_true(sizes[1] < sizes[0] / 4 * 3);
   }
+  free(levels);
   free(force);
   free(by_force);
   free(q_bar);
@@ -883,6 +1078,8 @@ static void bad_calls_are_refused(void **context) {
   q[0] = 0;
   assert_int_equal(thrum_tape_run(model, tape, state, NULL, -1, &made, NULL),
                    THRUM_INVALID_ARGUMENT);
+  assert_int_equal(thrum_tape_run_levels(model, tape, state, NULL, q, 1, &made, NULL),
+                   THRUM_UNSUPPORTED);
   assert_int_equal(thrum_tape_run(model, tape, state, q, 3, &made, NULL), THRUM_BUFFER_TOO_SMALL);
   assert_int_equal(made, 2);
   assert_int_equal(thrum_tape_step(model, tape, state, NULL, NULL), THRUM_BUFFER_TOO_SMALL);
@@ -904,6 +1101,7 @@ int main(void) {
       cmocka_unit_test(a_gradient_errs_by_the_tolerance_of_the_steps),
       cmocka_unit_test(a_linear_mode_has_the_gradient_of_its_closed_form),
       cmocka_unit_test(a_rest_has_the_gradient_of_its_solutions),
+      cmocka_unit_test(a_rest_moves_with_the_levels),
       cmocka_unit_test(what_has_no_gradient_is_refused),
       cmocka_unit_test(a_divided_step_is_not_passed),
       cmocka_unit_test(a_state_that_is_elsewhere_is_not_recorded),

@@ -101,6 +101,44 @@ class Gradients(unittest.TestCase):
         found = (run(1.0)[1].force * force).sum()
         self.assertAlmostEqual((run(1.001)[0] - run(0.999)[0]) / 0.002 / found, 1.0, 6)
 
+    def test_a_body_that_acts(self):
+        wire = "wire=tendon:at:-0.1,0,0.3,near:0.5,0.05,0.05,near:1,0.05,0.05"
+        model = thrum.Model.load(model_file("acts", "beam:4x1x1@1x0.1x0.1", fix="x<0.001", order=1, young=1e6, modes=3, rank=8,
+                                            actuator=[wire, "heat=swell:all"]))
+        tip, time = model.external_load((0, 0, 1), group="tip"), np.linspace(0, 1, STEPS)
+        q_bar = np.zeros((STEPS + 1, model.rank))
+        q_bar[-1] = tip
+        given = {"actuation": np.stack([2 * np.sin(3 * time + 0.5), 0.01 * time], axis=1), "stiffness": 1.2, "density": 0.8}
+        change = {"actuation": np.stack([np.cos(5 * time), 0.005 * time], axis=1), "stiffness": 0.3, "density": 0.2}
+
+        for integrator in ("energy", "midpoint"):
+            options = {"integrator": integrator, "dt": 0.001, "tolerance": 1e-14}
+
+            def value(by, options=options):
+                return thrum.value_and_gradient(lambda q, p: (tip @ q[-1], q_bar, None), model, STEPS, **options,
+                                                **{name: given[name] + by * change[name] for name in given})
+            g = value(0.0)[1]
+            found = sum(np.sum(getattr(g, name) * change[name]) for name in change)
+            by = 1e-3
+            values = [value(n * by)[0] for n in (-2, -1, 1, 2)]
+            self.assertAlmostEqual((values[0] - 8 * values[1] + 8 * values[2] - values[3]) / (12 * by) / found, 1.0, 7)
+            q = thrum.rollout(model, STEPS, **given, **options).push_forward(**change)[0]
+            self.assertAlmostEqual(tip @ q[-1] / found, 1.0, 10)
+
+        # levels by their names; a run with them is that of a state
+        run = thrum.rollout(model, STEPS, actuation={"wire": given["actuation"][:, 0], "heat": 0.01})
+        state = model.state()
+        for level in given["actuation"][:, 0]:
+            state.actuation = {"wire": level, "heat": 0.01}
+            state.step()
+        np.testing.assert_array_equal(run.q[-1], state.q)
+        with self.assertRaisesRegex(KeyError, "no actuator 'rope'"):
+            thrum.rollout(model, STEPS, actuation={"rope": 1})
+        with self.assertRaisesRegex(ValueError, "actuation: its shape"):
+            thrum.rollout(model, STEPS, actuation=np.zeros((2, 2)))
+        with self.assertRaises(thrum.Unsupported):
+            thrum.rollout(beam(), STEPS, actuation=np.zeros((STEPS, 0)))
+
     def test_a_long_run_agrees_with_differences(self):
         model, steps = beam(), 10000
 
