@@ -94,6 +94,10 @@ static void warn_lost(const thrum_mesh_lost *lost, const char *name) {
     config_warn("%s: %" PRId64 " %s there as %s only", name, lost->regions,
                 lost->regions == 1 ? "region without material is" : "regions without materials are",
                 lost->regions == 1 ? "a group" : "groups");
+  if (lost->directed > 0)
+    config_warn("%s: directions of %" PRId64 " %s no place in this format: the isotropic mean is "
+                "there",
+                name, lost->directed, lost->directed == 1 ? "material have" : "materials have");
 }
 
 static void print_json(const convert_request *request, const thrum_mesh *mesh,
@@ -120,6 +124,7 @@ static void print_json(const convert_request *request, const thrum_mesh *mesh,
   json_number(object, "lost_names", (double)lost->names);
   json_number(object, "lost_materials", (double)lost->materials);
   json_number(object, "lost_regions", (double)lost->regions);
+  json_number(object, "lost_directions", (double)lost->directed);
   json_print(object);
 }
 

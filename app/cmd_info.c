@@ -24,6 +24,7 @@
 #include "driver/model/shape_gradient.h"
 #include "driver/model/split_at.h"
 #include "driver/record/run_read.h"
+#include "driver/spec/elastic_report.h"
 #include "driver/spec/shared_options.h"
 #include "io/json.h"
 #include "io/npy_file.h"
@@ -203,6 +204,7 @@ static void add_materials(cJSON *object, const info *about) {
     json_number(material, "young_pa", values[0]);
     json_number(material, "poisson", values[1]);
     json_number(material, "density_kg_m3", values[2]);
+    elastic_json(material, about->model->elastic, about->model->elastic_count, m);
   }
 }
 
@@ -499,7 +501,10 @@ static void print_material(const info *about, int64_t region) {
   if (about->model->region_count > 1)
     printf("region %" PRId64 "%s%s: ", region + 1, name != NULL ? ", " : "",
            name != NULL ? name : "");
-  printf("E = %g Pa, nu = %g, rho = %g kg/m^3", material[0], material[1], material[2]);
+  if (elastic_print(about->model->elastic, about->model->elastic_count, region))
+    printf(", rho = %g kg/m^3", material[2]);
+  else
+    printf("E = %g Pa, nu = %g, rho = %g kg/m^3", material[0], material[1], material[2]);
   print_region_law(about->model, region);
 }
 

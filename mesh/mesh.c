@@ -28,6 +28,7 @@ void thrum_mesh_free(thrum_mesh *mesh) {
   thrum_mesh_drop_solids(mesh);
   free(mesh->materials);
   free(mesh->laws);
+  free(mesh->elastic);
   free(mesh->springs);
   for (int64_t i = 0; i < mesh->region_count && mesh->region_names; i++)
     free(mesh->region_names[i]);

@@ -58,6 +58,8 @@ typedef struct thrum_mesh {
   int64_t region_count;
   thrum_material *materials; /* region_count */
   thrum_region_law *laws;    /* region_count; NULL: one law, which is not the mesh's to say */
+  int64_t elastic_count;     /* layers of regions whose elasticity has directions */
+  double *elastic;           /* elastic_count x THRUM_ELASTIC_NUMBERS, elastic.h; NULL: none */
   char **region_names;       /* region_count, NULL where the file has none; NULL: it has none */
   double
       *springs; /* vertex_count x 3: stiffness to the ground along x, y and z [N/m]; NULL: none */

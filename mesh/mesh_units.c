@@ -6,6 +6,8 @@
 
 #include <string.h>
 
+#include "mesh/elastic.h"
+
 typedef struct named_power {
   const char *name;
   int power; /* of ten, of the unit of SI */
@@ -57,4 +59,9 @@ void thrum_mesh_unit_materials(const thrum_mesh_unit *unit, thrum_mesh *mesh) {
     mesh->materials[i].young *= unit->stress;
     mesh->materials[i].density *= unit->density;
   }
+  for (int64_t n = 0; n < mesh->elastic_count; n++)
+    for (int k = 0; k < 3; k++) {
+      mesh->elastic[THRUM_ELASTIC_NUMBERS * n + THRUM_ELASTIC_YOUNG + k] *= unit->stress;
+      mesh->elastic[THRUM_ELASTIC_NUMBERS * n + THRUM_ELASTIC_SHEAR + k] *= unit->stress;
+    }
 }

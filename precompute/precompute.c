@@ -629,6 +629,11 @@ thrum_status thrum_precompute(const thrum_mesh *mesh, const uint8_t *fixed,
     return thrum_error_set(error, THRUM_MISSING,
                            "the mesh says no material: give --young, --poisson and --density");
 
+  if (mesh->elastic_count > 0 && (p.options.cubature || p.options.parameters ||
+                                  p.options.law != THRUM_LAW_STVK || mesh->solid_count == 0))
+    return thrum_error_set(error, THRUM_UNSUPPORTED,
+                           "elasticity with directions is Saint Venant-Kirchhoff's: leave out "
+                           "cubature points, parameters and other laws");
   if (mesh->solid_count > 0 &&
       (p.options.cubature || p.options.parameters || p.options.law != THRUM_LAW_STVK))
     return thrum_error_set(

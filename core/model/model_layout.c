@@ -38,7 +38,8 @@ static const thrum_derived_size derived_sizes[] = {
     AFTER(2) = {2, -1},
     AFTER(3) = {3, -1},
     AFTER(4) = {4, -1},
-    AFTER(6) = {6, -1}};
+    AFTER(6) = {6, -1},
+    AFTER(18) = {18, -1}};
 #undef AFTER
 
 const thrum_array_list thrum_model_list = {thrum_array_table, THRUM_ARRAY_COUNT,

@@ -26,7 +26,8 @@ enum thrum_size_id {
   THRUM_SIZE_2,
   THRUM_SIZE_3,
   THRUM_SIZE_4,
-  THRUM_SIZE_6
+  THRUM_SIZE_6,
+  THRUM_SIZE_18
 };
 
 enum thrum_array_id {

@@ -233,6 +233,10 @@ thrum_status thrum_layout_check_presence(const thrum_layout *layout, thrum_error
   static const int on_mesh[] = {THRUM_ARRAY_basis,   THRUM_ARRAY_group_ends,
                                 THRUM_ARRAY_rigid,   THRUM_ARRAY_midsides,
                                 THRUM_ARRAY_springs, THRUM_ARRAY_solid_form};
+  if (HAS(layout, elastic) && !HAS(layout, solid_form))
+    return thrum_error_set(error, THRUM_MISSING,
+                           "array 'solid_form' is missing: 'elastic' is that of elements which it "
+                           "lists");
   for (int i = 0; i < 6; i++)
     if (layout->data[on_mesh[i]] != NULL && !HAS(layout, vertices))
       return thrum_error_set(error, THRUM_MISSING, "array 'vertices' is missing: '%s' needs a mesh",
@@ -614,6 +618,33 @@ static thrum_status check_solids(const thrum_layout *layout, thrum_error *error)
   return check_indices(layout, THRUM_ARRAY_solid_nodes, SIZE(layout, vertex_count), error);
 }
 
+// a row a layer: its region, ascending; moduli that are positive; a thickness that is not negative
+static thrum_status check_elastic(const thrum_layout *layout, thrum_error *error) {
+  enum { NUMBERS = 18, YOUNG = 1, SHEAR = 7, THICKNESS = 17 };
+  const unsigned char *rows = layout->data[THRUM_ARRAY_elastic];
+  double before = 0;
+  for (int64_t n = 0; n < SIZE(layout, elastic_count); n++) {
+    const double region = get_f8(rows, NUMBERS * n);
+    if (!(region >= before && region < (double)SIZE(layout, region_count)) ||
+        region != floor(region))
+      return thrum_error_set(error, THRUM_BAD_VALUE,
+                             "array 'elastic' holds %g (row %" PRId64
+                             "); its first numbers are regions, ascending",
+                             region, n);
+    before = region;
+    for (int k = 0; k < 3; k++)
+      if (!(get_f8(rows, NUMBERS * n + YOUNG + k) > 0) ||
+          !(get_f8(rows, NUMBERS * n + SHEAR + k) > 0))
+        return thrum_error_set(
+            error, THRUM_BAD_VALUE,
+            "array 'elastic' holds a modulus that is not above 0 (row %" PRId64 ")", n);
+    if (!(get_f8(rows, NUMBERS * n + THICKNESS) >= 0))
+      return thrum_error_set(error, THRUM_BAD_VALUE,
+                             "array 'elastic' holds a negative thickness (row %" PRId64 ")", n);
+  }
+  return THRUM_OK;
+}
+
 // one coefficient for each product of two coordinates, whatever their order
 static thrum_status check_symmetric(int array, int64_t entry, double one, double other,
                                     thrum_error *error) {
@@ -737,6 +768,8 @@ static thrum_status check_mesh(const thrum_layout *layout, thrum_error *error) {
     THRUM_TRY(check_indices(layout, THRUM_ARRAY_midsides, SIZE(layout, vertex_count), error));
   if (HAS(layout, solid_form))
     THRUM_TRY(check_solids(layout, error));
+  if (HAS(layout, elastic))
+    THRUM_TRY(check_elastic(layout, error));
   THRUM_TRY(check_material(layout, error));
   if (HAS(layout, springs))
     THRUM_TRY(check_springs(layout, error));

@@ -14,6 +14,7 @@
 #include "io/file_hash.h"
 #include "io/folder.h"
 #include "io/npy_file.h"
+#include "mesh/elastic.h"
 #include "platform/allocate.h"
 #include "precompute/build_info.h"
 #include "thrum/version.h"
@@ -39,6 +40,8 @@ static uint64_t hash_body(const thrum_model *model, int mass) {
     hash = hash_bytes(hash, model->point_law, (size_t)model->law_bytes);
   if (model->region_law)
     hash = hash_bytes(hash, model->region_law, (size_t)model->law_count);
+  if (model->elastic)
+    hash = hash_numbers(hash, model->elastic, THRUM_ELASTIC_NUMBERS * model->elastic_count);
   if (model->region_yield)
     hash = hash_numbers(hash, model->region_yield, model->law_count);
   return hash_bytes(hash, &mass, sizeof mass);

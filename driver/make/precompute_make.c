@@ -21,6 +21,7 @@
 #include "io/paths.h"
 #include "io/vtu.h"
 #include "mesh/actuator.h"
+#include "mesh/elastic.h"
 #include "mesh/formats/mesh_read.h"
 #include "mesh/mesh_beam.h"
 #include "mesh/mesh_fix.h"
@@ -93,6 +94,9 @@ static thrum_status apply_material(precompute_request *request, thrum_mesh *mesh
   const bool whole = !isnan(wanted->young) && !isnan(wanted->poisson) && !isnan(wanted->density);
 
   // one material in place of the mesh's own, in every region
+  if (!isnan(wanted->young) || !isnan(wanted->poisson))
+    for (int64_t m = 0; m < mesh->region_count; m++)
+      THRUM_TRY(thrum_mesh_set_elastic(mesh, m, NULL, 0, error));
   for (int64_t m = 0; m < mesh->region_count; m++) {
     if (!isnan(wanted->young))
       mesh->materials[m].young = wanted->young;
@@ -666,6 +670,10 @@ thrum_status precompute_make(const precompute_request *request, precompute_show 
       element_order_say(&outcome.order, &mesh, path_basename(request->mesh_name));
     found.options.order_known = outcome.order.error_count > 0;
   }
+
+  // directions of a material are those of solids
+  if (mesh.elastic_count > 0)
+    THRUM_THEN(status, thrum_mesh_make_solids(&mesh, error));
   if (status >= 0)
     outcome.fixed_count = count_held(&mesh, fixed); // middle nodes, too
   THRUM_THEN(status, find_handles(request, &mesh, handles, error));

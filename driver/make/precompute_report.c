@@ -14,6 +14,7 @@
 #include "driver/make/precompute_report.h"
 #include "driver/make/precompute_stages.h"
 #include "driver/model/locking.h"
+#include "driver/spec/elastic_report.h"
 #include "io/json.h"
 #include "io/paths.h"
 #include "io/report.h"
@@ -58,6 +59,7 @@ static void add_materials(cJSON *meta, const thrum_mesh *mesh) {
     json_number(material, "young_pa", mesh->materials[m].young);
     json_number(material, "poisson", mesh->materials[m].poisson);
     json_number(material, "density_kg_m3", mesh->materials[m].density);
+    elastic_json(material, mesh->elastic, mesh->elastic_count, m);
     if (mesh->laws)
       cJSON_AddStringToObject(material, "law", thrum_law_name(mesh->laws[m].law));
     if (mesh->laws && mesh->laws[m].yield > 0)

@@ -198,6 +198,10 @@ thrum_status frequency_gradient_find(const thrum_model *model, int64_t modes,
   if (model->basis == NULL || model->tets == NULL)
     return thrum_error_set(error, THRUM_MISSING,
                            "the model has no mesh or basis, by which its frequencies change");
+  if (model->elastic)
+    return thrum_error_set(error, THRUM_UNSUPPORTED,
+                           "how frequencies change is found by E and nu of each region, and a "
+                           "material of this model has directions");
   const int64_t count = found->modes * found->regions;
   THRUM_TRY(thrum_reserve(&found->young, 3 * count, sizeof *found->young,
                           "the derivatives of frequencies", error));

@@ -6,6 +6,7 @@
 
 #include "config/message.h"
 #include "driver/model/model_meta.h"
+#include "mesh/elastic.h"
 #include "mesh/formats/file_suffix.h"
 #include "mesh/mesh_groups.h"
 #include "precompute/model/model_fem.h"
@@ -76,6 +77,8 @@ thrum_status mesh_of_model_read(const char *path, thrum_mesh *mesh, uint8_t **fi
     made.midsides = copy(lent.midsides, 6 * lent.tet_count, sizeof *lent.midsides, &whole);
     made.tet_region = copy(lent.tet_region, lent.tet_count, sizeof *lent.tet_region, &whole);
     made.springs = copy(lent.springs, 3 * lent.vertex_count, sizeof *lent.springs, &whole);
+    made.elastic = copy(lent.elastic, THRUM_ELASTIC_NUMBERS * lent.elastic_count,
+                        sizeof *lent.elastic, &whole);
     made.solid_count = lent.solid_count;
     made.solid_form = copy(lent.solid_form, lent.solid_count, 1, &whole);
     made.solid_ends = copy(lent.solid_ends, lent.solid_count, sizeof *lent.solid_ends, &whole);

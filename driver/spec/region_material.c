@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "driver/spec/region_elastic.h"
 #include "io/text.h"
 #include "mesh/mesh_groups.h"
 #include "platform/allocate.h"
@@ -44,6 +45,13 @@ static thrum_status parse_region(const char *text, region_material *material, th
   const char *at = colon ? colon + 1 : end;
   double numbers[3] = {0};
   region_material made = {.region = text, .length = colon ? (size_t)(colon - text) : 0};
+  if (made.length > 0 && region_elastic_is(at, end)) {
+    region_elastic elastic;
+    THRUM_TRY(region_elastic_parse(text, at, end, &elastic, error));
+    made.elastic = at;
+    *material = made;
+    return THRUM_OK;
+  }
   const int count = scan_numbers(&at, end, 3, numbers);
   const bool whole = at == end ? count == 3 && end[-1] != ','
                                : (count == 0 || count == 3) && scan_law(at, end, &made);
@@ -128,6 +136,16 @@ typedef struct region_given {
   thrum_region_law law;
 } region_given;
 
+/* Gives a region elasticity with directions. */
+static thrum_status apply_elastic(const char *text, const region_material *material,
+                                  thrum_mesh *mesh, int64_t region, thrum_error *error) {
+  region_elastic elastic;
+  THRUM_TRY(region_elastic_parse(text, material->elastic, text + strlen(text), &elastic, error));
+  THRUM_TRY(thrum_mesh_set_elastic(mesh, region, elastic.rows, elastic.count, error));
+  mesh->materials[region].density = elastic.density;
+  return THRUM_OK;
+}
+
 /* Applies one text. */
 static thrum_status apply(const char *text, thrum_mesh *mesh, region_given *given,
                           thrum_error *error) {
@@ -144,9 +162,13 @@ static thrum_status apply(const char *text, thrum_mesh *mesh, region_given *give
       return thrum_error_set_field(error, "--material", THRUM_BAD_VALUE,
                                    ": region '%.100s' comes twice", name.text);
     given[i].named = true;
-    given[i].moduli = material.values.young > 0;
-    if (given[i].moduli)
+    given[i].moduli = material.values.young > 0 || material.elastic;
+    if (material.elastic)
+      THRUM_TRY(apply_elastic(text, &material, mesh, i, error));
+    else if (given[i].moduli) {
       mesh->materials[i] = material.values;
+      THRUM_TRY(thrum_mesh_set_elastic(mesh, i, NULL, 0, error));
+    }
     if (material.has_law)
       given[i].law = material.law;
     return THRUM_OK;

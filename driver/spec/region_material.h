@@ -1,5 +1,6 @@
 /* The material of one region of a mesh, as options say it: REGION:E,NU,RHO, REGION:LAW or
- * REGION:LAW,YIELD, or both, REGION:E,NU,RHO,LAW,YIELD. SPDX-License-Identifier: Apache-2.0 */
+ * REGION:LAW,YIELD, or both, REGION:E,NU,RHO,LAW,YIELD; or with directions, region_elastic.h.
+ * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_DRIVER_SPEC_REGION_MATERIAL_H
 #define THRUM_DRIVER_SPEC_REGION_MATERIAL_H
 
@@ -10,6 +11,7 @@ typedef struct region_material {
   const char *region; /* `length` bytes of the text */
   size_t length;
   thrum_material values; /* of which E is 0 where the text has none */
+  const char *elastic;   /* what region_elastic.h reads, to the end of the text; NULL: none */
   bool has_law;
   thrum_region_law law;
 } region_material;

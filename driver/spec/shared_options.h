@@ -68,11 +68,14 @@ thrum_model model_of_law(const thrum_model *model, thrum_law law);
   OPTION_LAW("that of the model", "", CONFIG_AT(type, law), .given = offsetof(type, law_given))
 
 #define OPTION_MATERIAL(taken)                                                                     \
-  OPTION_TEXT("material", "REGION:E,NU,RHO", NULL,                                                 \
-              "what one region of the mesh is made of, in Pa and kg/m^3, behind it or in its "     \
-              "place LAW or LAW,YIELD, a law as of --law and the strain beyond which it flows; "   \
-              "thrum check names the regions",                                                     \
-              .repeats = true, .take = taken)
+  OPTION_TEXT(                                                                                     \
+      "material", "REGION:E,NU,RHO", NULL,                                                         \
+      "what one region of the mesh is made of, in Pa and kg/m^3, behind it or in its "             \
+      "place LAW or LAW,YIELD, a law as of --law and the strain beyond which it flows; or "        \
+      "REGION:ortho,E1,E2,E3,NU12,NU13,NU23,G12,G13,G23,RHO, or "                                  \
+      "REGION:transverse,E1,E2,NU12,NU23,G12,RHO, then ,along,X,Y,Z of direction 1 and "           \
+      ",layers,0/90/0 of a laminate; thrum check names the regions",                               \
+      .repeats = true, .take = taken)
 
 /* The forms of LOAD, for the notes of commands. */
 #define LOAD_NOTES                                                                                 \

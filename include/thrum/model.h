@@ -39,6 +39,8 @@ extern "C" {
 /* Versions 5 are those of a model with solids, likewise. */
 #define THRUM_MODEL_FORMAT_MAJOR_SOLIDS 5
 #define THRUM_MODEL_FORMAT_MINOR_SOLIDS 0
+/* added to the minor version by the array elastic */
+#define THRUM_MODEL_FORMAT_MINOR_ELASTIC 1
 /* Added to the minor version of another model with cubature points. */
 #define THRUM_MODEL_FORMAT_MINOR_POINTS 2
 /* Added to that of a model with parameters, `region_energy`. */
@@ -94,6 +96,7 @@ typedef enum thrum_actuator_kind {
   X(mass_size, "numbers of a mass of parameters, rank (rank + 3); 0: none")                        \
   X(solid_count, "elements whose shape alone the tetrahedra are; 0: these are the elements")       \
   X(solid_node_count, "nodes of all of them")                                                      \
+  X(elastic_count, "layers of regions whose elasticity has directions; 0: all are isotropic")      \
   X(actuator_count, "actuators; 0: none")                                                          \
   X(actuator_bytes, "bytes of their texts, each ended by one 0")                                   \
   X(actuator_square, "rank^2; 0: no actuators")                                                    \
@@ -111,7 +114,8 @@ typedef enum thrum_actuator_kind {
  * go, or in the place of the law point_region and region_law; region_energy and region_mass
  * together, with c3 and a mesh: thrum/parameters.h). With midsides the tetrahedra have
  * ten nodes: those of a row of tets, its corners, then the middle nodes of the edges 01, 12, 20,
- * 03, 13, 23. The four arrays of solids come together, with vertices and without midsides. The five
+ * 03, 13, 23. The four arrays of solids come together, with vertices and without midsides, and
+ * elastic only with them. The five
  * actuator arrays come together, actuator_cubic where some have volumes, and the three of guides
  * where some are tendons: thrum/actuation.h). */
 #define THRUM_MODEL_ARRAYS(X)                                                                      \
@@ -164,6 +168,9 @@ typedef enum thrum_actuator_kind {
   X(i4, solid_nodes, solid_node_count, 1, OPTIONAL, "0-based, in the order of Abaqus and VTK")     \
   X(i4, solid_tet_ends, solid_count, 1, OPTIONAL,                                                  \
     "end of each element's run among the tetrahedra")                                              \
+  X(f8, elastic, elastic_count, 18, OPTIONAL,                                                      \
+    "a row a layer: region, E 1, 2, 3, nu 12, 13, 23, G 12, 13, 23 [Pa], two directions, angle "   \
+    "[rad], thickness")                                                                            \
   X(u1, actuator_texts, actuator_bytes, 1, OPTIONAL,                                               \
     "NAME=SPEC of each actuator, as precompute --actuator has it, ended by one 0")                 \
   X(i4, actuator_kind, actuator_count, 1, OPTIONAL, "0 pressure, 1 eigenstrain, 2 tendon, 3 gas")  \

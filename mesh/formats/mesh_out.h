@@ -19,6 +19,7 @@ typedef struct thrum_mesh_lost {
   int64_t names;     /* of groups that are there, under a number or a changed name */
   int64_t materials; /* left out */
   int64_t regions;   /* joined with others */
+  int64_t directed;  /* materials with directions, of which the isotropic mean is there */
 } thrum_mesh_lost;
 
 /* A file being written; after a failure everything further is passed over. */

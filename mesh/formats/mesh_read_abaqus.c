@@ -48,7 +48,7 @@ static thrum_status obey(inp_reader *r, const inp_keyword *keyword) {
       {"NSET", inp_read_node_set, false},     {"ELSET", inp_read_element_set, false},
       {"MATERIAL", inp_read_material, false}, {"ELASTIC", inp_read_property, false},
       {"DENSITY", inp_read_property, false},  {"SOLID SECTION", inp_read_section, false},
-      {"INSTANCE", inp_read_instance, false}};
+      {"INSTANCE", inp_read_instance, false}, {"ORIENTATION", inp_read_orientation, false}};
 
   // nodes and elements of the assembly alone are reference points and the like
   r->beside_body = r->in_assembly && !r->in_instance && !inp_has_parameter(keyword, "INSTANCE");
@@ -130,6 +130,7 @@ thrum_status thrum_mesh_parse_abaqus(const thrum_mesh_source *source, thrum_mesh
   free(r.lists);
   free(r.materials);
   free(r.sections);
+  free(r.orientations);
   thrum_number_map_free(&r.node_map);
   thrum_number_map_free(&r.element_map);
   thrum_builder_free(&r.builder);

@@ -5,6 +5,7 @@
 #ifndef THRUM_MESH_FORMATS_MESH_READ_ABAQUS_H
 #define THRUM_MESH_FORMATS_MESH_READ_ABAQUS_H
 
+#include "mesh/elastic.h"
 #include "mesh/formats/included_files.h"
 #include "mesh/mesh_builder.h"
 #include "mesh/number_map.h"
@@ -64,15 +65,22 @@ typedef struct inp_list {
 typedef struct inp_material {
   thrum_word name;
   thrum_material values;
-  bool has_elastic, has_density;
+  bool has_elastic, has_density, directed;
+  double row[THRUM_ELASTIC_NUMBERS]; /* the constants of one that is directed, elastic.h */
   thrum_word law; /* the first keyword of it that is no linear elasticity; empty: there is none */
   int64_t law_line;
 } inp_material;
 
 typedef struct inp_section {
-  thrum_word set, material;
+  thrum_word set, material, orientation;
   int64_t line;
 } inp_section;
+
+/* Directions 1 and 2 of a section; of a system that is not read both are 0. */
+typedef struct inp_orientation {
+  thrum_word name;
+  double first[3], second[3];
+} inp_orientation;
 
 /* A keyword that is passed over though it says something of the body. */
 typedef struct inp_remark {
@@ -135,6 +143,8 @@ typedef struct inp_reader {
   inp_material *materials;
   int64_t section_count;
   inp_section *sections;
+  int64_t orientation_count;
+  inp_orientation *orientations;
   int remark_count;
   inp_remark remarks[INP_REMARKS_MAX];
   int64_t more_remarks; /* beyond the room for them */
@@ -231,7 +241,7 @@ thrum_status inp_set_groups(inp_reader *r, thrum_mesh *mesh);
 /* --- materials and what is passed over: mesh_read_abaqus_materials.c ---------------------------
  */
 
-inp_read inp_read_material, inp_read_property, inp_read_section;
+inp_read inp_read_material, inp_read_property, inp_read_section, inp_read_orientation;
 /* Names and materials of the regions, once the mesh is made. */
 thrum_status inp_region_materials(inp_reader *r, thrum_mesh *mesh);
 /* Takes note of a keyword that no reader takes: refuses it, or says at the end what it means. */

@@ -41,22 +41,61 @@ static thrum_status refuse_dependent(inp_reader *r, const inp_keyword *keyword) 
 }
 
 /* Refuses an *ELASTIC of another kind: its constants say what the solver does not know. */
-static thrum_status check_elastic(inp_reader *r, const inp_keyword *keyword) {
+static thrum_status find_elastic(inp_reader *r, const inp_keyword *keyword, bool *constants,
+                                 bool *moduli) {
   const thrum_word type = inp_parameter_of(keyword, "TYPE");
-  if (type.length == 0 || inp_is(type, "ISOTROPIC") || inp_is(type, "ISO"))
+  *constants = inp_is(type, "ENGINEERING CONSTANTS");
+  *moduli = inp_is(type, "ORTHO") || inp_is(type, "ORTHOTROPIC");
+  if (type.length == 0 || inp_is(type, "ISOTROPIC") || inp_is(type, "ISO") || *constants || *moduli)
     return THRUM_OK;
   return thrum_text_fail(inp_text(r), THRUM_UNSUPPORTED,
-                         "*ELASTIC of type %s is not supported, only ISOTROPIC: write *ELASTIC "
-                         "with E, nu",
+                         "*ELASTIC of type %s is not supported, only ISOTROPIC, ORTHO and "
+                         "ENGINEERING CONSTANTS",
                          thrum_text_excerpt(type).text);
+}
+
+/* Nine numbers, eight on the first line. */
+static thrum_status read_nine(inp_reader *r, double numbers[9]) {
+  for (int n = 0; n < 9; n++) {
+    if (n == 8 && !inp_data_line(r))
+      return thrum_text_fail(inp_text(r), THRUM_BAD_FORMAT,
+                             "a material with directions has nine constants, eight of them on the "
+                             "first line");
+    THRUM_TRY(inp_number(r, "a constant of the material", &numbers[n]));
+  }
+  return THRUM_OK;
+}
+
+/* Constants with directions, of either kind, into the row of the material. */
+static thrum_status read_directed(inp_reader *r, bool moduli, inp_material *material) {
+  double n[9], *row = material->row;
+  thrum_elastic_matrix root;
+  THRUM_TRY(read_nine(r, n));
+  material->directed = true;
+  if (moduli) {
+    // D1111, D1122, D2222, D1133, D2233, D3333, D1212, D1313, D2323
+    thrum_elastic_matrix c = {{n[0], n[1], n[3], 0, 0, 0}, {n[1], n[2], n[4], 0, 0, 0},
+                              {n[3], n[4], n[5], 0, 0, 0}, {0, 0, 0, n[8], 0, 0},
+                              {0, 0, 0, 0, n[7], 0},       {0, 0, 0, 0, 0, n[6]}};
+    if (thrum_elastic_constants(c, row))
+      return THRUM_OK;
+  } else {
+    // E1, E2, E3, nu12, nu13, nu23, G12, G13, G23
+    memcpy(row + THRUM_ELASTIC_YOUNG, n, sizeof n);
+    if (thrum_elastic_root(row, root))
+      return THRUM_OK;
+  }
+  return thrum_text_fail(inp_text(r), THRUM_BAD_VALUE,
+                         "the constants of this material have no positive energy");
 }
 
 thrum_status inp_read_property(inp_reader *r, const inp_keyword *keyword) {
   const bool elastic = inp_is(keyword->name, "ELASTIC");
+  bool constants = false, moduli = false;
   if (r->material_count == 0)
     return thrum_text_fail(inp_text(r), THRUM_BAD_FORMAT, "a property comes before any *MATERIAL");
   if (elastic)
-    THRUM_TRY(check_elastic(r, keyword));
+    THRUM_TRY(find_elastic(r, keyword, &constants, &moduli));
 
   // the values belong to the last *MATERIAL
   inp_material *material = &r->materials[r->material_count - 1];
@@ -66,8 +105,13 @@ thrum_status inp_read_property(inp_reader *r, const inp_keyword *keyword) {
 
   // a temperature may stand behind the constants; with one line it changes nothing
   if (elastic) {
-    THRUM_TRY(inp_number(r, "Young's modulus", &material->values.young));
-    THRUM_TRY(inp_number(r, "Poisson's ratio", &material->values.poisson));
+    material->directed = false;
+    if (constants || moduli) {
+      THRUM_TRY(read_directed(r, moduli, material));
+    } else {
+      THRUM_TRY(inp_number(r, "Young's modulus", &material->values.young));
+      THRUM_TRY(inp_number(r, "Poisson's ratio", &material->values.poisson));
+    }
     material->has_elastic = true;
   } else {
     THRUM_TRY(inp_number(r, "the density", &material->values.density));
@@ -76,10 +120,45 @@ thrum_status inp_read_property(inp_reader *r, const inp_keyword *keyword) {
   return inp_data_line(r) ? refuse_dependent(r, keyword) : THRUM_OK;
 }
 
+thrum_status inp_read_orientation(inp_reader *r, const inp_keyword *keyword) {
+  const thrum_word system = inp_parameter_of(keyword, "SYSTEM");
+  inp_orientation made = {.name = inp_parameter_of(keyword, "NAME")};
+  const bool plain = (system.length == 0 || inp_is(system, "RECTANGULAR") || inp_is(system, "R")) &&
+                     !inp_has_parameter(keyword, "DEFINITION") &&
+                     !inp_has_parameter(keyword, "LOCAL DIRECTIONS");
+  static const double origin[3] = {0, 0, 0};
+
+  // another system, or one with an origin, matters only where a material has directions
+  if (plain && inp_data_line(r)) {
+    for (int c = 0; c < 6; c++)
+      THRUM_TRY(inp_number(r, "a direction", c < 3 ? &made.first[c] : &made.second[c - 3]));
+    if (inp_more(r))
+      made.first[0] = made.first[1] = made.first[2] = 0;
+  }
+
+  // a further line turns both about one of the axes that they make
+  double axes[3][3], row[THRUM_ELASTIC_NUMBERS] = {0}, axis = 0, degrees = 0;
+  memcpy(row + THRUM_ELASTIC_FIRST, made.first, sizeof made.first);
+  memcpy(row + THRUM_ELASTIC_SECOND, made.second, sizeof made.second);
+  if (plain && inp_data_line(r)) {
+    THRUM_TRY(inp_number(r, "an axis", &axis));
+    THRUM_TRY(inp_number(r, "an angle", &degrees));
+    if (!(axis >= 1 && axis <= 3) || !thrum_elastic_axes(row, NULL, axes))
+      return thrum_text_fail(inp_text(r), THRUM_BAD_VALUE,
+                             "an *ORIENTATION turns about axis 1, 2 or 3 of two directions");
+    memcpy(made.first, axes[0], sizeof made.first);
+    memcpy(made.second, axes[1], sizeof made.second);
+    inp_turn(origin, axes[(int)axis - 1], degrees, made.first);
+    inp_turn(origin, axes[(int)axis - 1], degrees, made.second);
+  }
+  return thrum_mesh_append_few(inp_text(r), "orientations", &r->orientations, &r->orientation_count,
+                               &made, sizeof made);
+}
+
 thrum_status inp_read_section(inp_reader *r, const inp_keyword *keyword) {
-  const inp_section section = {inp_parameter_of(keyword, "ELSET"),
-                               inp_parameter_of(keyword, "MATERIAL"),
-                               thrum_included_line(&r->files)};
+  const inp_section section = {
+      inp_parameter_of(keyword, "ELSET"), inp_parameter_of(keyword, "MATERIAL"),
+      inp_parameter_of(keyword, "ORIENTATION"), thrum_included_line(&r->files)};
   if (inp_has_parameter(keyword, "COMPOSITE"))
     return thrum_text_fail(inp_text(r), THRUM_UNSUPPORTED,
                            "*SOLID SECTION, COMPOSITE is not read: mesh each layer, with a section "
@@ -139,6 +218,42 @@ static thrum_status name_by_sets(inp_reader *r, thrum_mesh *mesh) {
   return THRUM_OK;
 }
 
+/* Gives a region a material with directions: those of its section, or x and y. */
+static thrum_status give_directions(const inp_reader *r, const inp_section *section,
+                                    const inp_material *material, int64_t region,
+                                    thrum_mesh *mesh) {
+  static const double origin[3] = {0, 0, 0}, x[3] = {1, 0, 0}, y[3] = {0, 1, 0};
+  double row[THRUM_ELASTIC_NUMBERS], *first = row + THRUM_ELASTIC_FIRST, axis[3];
+  double *second = row + THRUM_ELASTIC_SECOND;
+  memcpy(row, material->row, sizeof row);
+  memcpy(first, x, sizeof x);
+  memcpy(second, y, sizeof y);
+  int64_t n = 0;
+  while (n < r->orientation_count && !inp_same(r->orientations[n].name, section->orientation))
+    n++;
+  if (section->orientation.length > 0) {
+    if (n == r->orientation_count)
+      return thrum_error_set(r->error, THRUM_MISSING, "%.150s:%lld: there is no orientation '%s'",
+                             r->files.files[0].path, (long long)section->line,
+                             thrum_text_excerpt(section->orientation).text);
+    memcpy(first, r->orientations[n].first, sizeof x);
+    memcpy(second, r->orientations[n].second, sizeof y);
+  }
+
+  // an instance that turns takes them with it
+  for (int c = 0; c < 3; c++)
+    axis[c] = r->instance.axis[1][c] - r->instance.axis[0][c];
+  inp_turn(origin, axis, r->instance.degrees, first);
+  inp_turn(origin, axis, r->instance.degrees, second);
+  double axes[3][3];
+  if (!thrum_elastic_axes(row, NULL, axes))
+    return thrum_error_set(r->error, THRUM_UNSUPPORTED,
+                           "%.150s:%lld: a material with directions needs an *ORIENTATION of two "
+                           "directions that are not parallel, SYSTEM=RECTANGULAR",
+                           r->files.files[0].path, (long long)section->line);
+  return thrum_mesh_set_elastic(mesh, region, row, 1, r->error);
+}
+
 /* Sets the material of each region. Files for statics often have no density: if no section has a
  * complete material, the mesh has none, and the user must give it. */
 thrum_status inp_region_materials(inp_reader *r, thrum_mesh *mesh) {
@@ -152,6 +267,8 @@ thrum_status inp_region_materials(inp_reader *r, thrum_mesh *mesh) {
 
     // incomplete materials are an error only beside complete ones
     mesh->materials[i] = material->values;
+    if (material->directed)
+      THRUM_TRY(give_directions(r, section, material, i, mesh));
     if (material->has_elastic && material->has_density)
       whole++;
     else
@@ -277,7 +394,6 @@ static const struct {
     {"NODE OUTPUT", NULL, NULL},
     {"NORMAL", NULL, NULL},
     {"OBJECTIVE", NULL, NULL},
-    {"ORIENTATION", NULL, NULL},
     {"OUTPUT", NULL, NULL},
     {"PART", NULL, NULL},
     {"PHYSICAL CONSTANTS", NULL, NULL},

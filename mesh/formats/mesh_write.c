@@ -6,6 +6,7 @@
 
 #include <string.h>
 
+#include "mesh/elastic.h"
 #include "mesh/formats/file_suffix.h"
 #include "mesh/formats/mesh_out.h"
 #include "mesh/formats/mesh_read.h"
@@ -177,6 +178,14 @@ thrum_status thrum_mesh_write(const char *path, const thrum_mesh *mesh,
     status = write_files(&path, &writers[i].write, 1, &w, error);
   }
 
+  // directions are those of decks, and layers have no place anywhere
+  for (int64_t i = 0; i < mesh->region_count; i++) {
+    const int64_t begin = thrum_mesh_elastic_begin(mesh, i);
+    if (begin < thrum_mesh_elastic_begin(mesh, i + 1) &&
+        (!thrum_file_has_suffix(path, ".inp") ||
+         mesh->elastic[THRUM_ELASTIC_NUMBERS * begin + THRUM_ELASTIC_THICKNESS] > 0))
+      w.lost.directed++;
+  }
   if (status >= 0)
     *lost = w.lost;
   return status;

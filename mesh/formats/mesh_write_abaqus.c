@@ -8,6 +8,7 @@
 #include <strings.h>
 
 #include "io/number_text.h"
+#include "mesh/elastic.h"
 #include "mesh/formats/mesh_out.h"
 #include "mesh/formats/mesh_write.h"
 #include "mesh/mesh_elements.h"
@@ -52,22 +53,53 @@ static const char *distinct_name(thrum_mesh_written *w, int64_t group, char name
   return name;
 }
 
+/* Numbers on a line. */
+static void put_numbers(thrum_mesh_out *out, const double *values, int count) {
+  for (int n = 0; n < count; n++) {
+    put_number(out, values[n]);
+    thrum_out_text(out, n < count - 1 ? ", " : "\n");
+  }
+}
+
+/* The constants of a region with directions in space; NULL: it has none. */
+static const double *directed_row(const thrum_mesh *m, int64_t region) {
+  const int64_t begin = thrum_mesh_elastic_begin(m, region);
+  if (begin == thrum_mesh_elastic_begin(m, region + 1))
+    return NULL;
+  const double *row = m->elastic + THRUM_ELASTIC_NUMBERS * begin;
+  return row[THRUM_ELASTIC_THICKNESS] > 0 ? NULL : row;
+}
+
 static void put_material(thrum_mesh_out *out, const thrum_mesh *m, int64_t region,
                          const char *name) {
   const thrum_material *material = &m->materials[region];
+  const double *row = directed_row(m, region);
+  if (row) {
+    thrum_out_text(out, "*ORIENTATION, NAME=directions_%lld, SYSTEM=RECTANGULAR\n",
+                   (long long)region + 1);
+    put_numbers(out, row + THRUM_ELASTIC_FIRST, 6);
+  }
   put_name(out, "*SOLID SECTION, ELSET=", name);
-  thrum_out_text(out, ", MATERIAL=material_%lld\n", (long long)region + 1);
+  thrum_out_text(out, ", MATERIAL=material_%lld", (long long)region + 1);
+  if (row)
+    thrum_out_text(out, ", ORIENTATION=directions_%lld", (long long)region + 1);
+  thrum_out_text(out, "\n");
   thrum_out_text(out, "*MATERIAL, NAME=material_%lld\n", (long long)region + 1);
 
   // without a material the section still tells the region
   if (!m->has_material)
     return;
 
-  thrum_out_text(out, "*ELASTIC\n");
-  put_number(out, material->young);
-  thrum_out_text(out, ", ");
-  put_number(out, material->poisson);
-  thrum_out_text(out, "\n*DENSITY\n");
+  if (row) {
+    thrum_out_text(out, "*ELASTIC, TYPE=ENGINEERING CONSTANTS\n");
+    put_numbers(out, row + THRUM_ELASTIC_YOUNG, 8);
+    put_numbers(out, row + THRUM_ELASTIC_YOUNG + 8, 1);
+  } else {
+    const double moduli[2] = {material->young, material->poisson};
+    thrum_out_text(out, "*ELASTIC\n");
+    put_numbers(out, moduli, 2);
+  }
+  thrum_out_text(out, "*DENSITY\n");
   put_number(out, material->density);
   thrum_out_text(out, ",\n");
 }

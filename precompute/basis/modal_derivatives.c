@@ -57,8 +57,8 @@ static void add_law(const thrum_law_cubic *law, double i[3][3], double j[3][3],
 }
 
 // S(sym(G_i^T G_j)) + G_i S_j + G_j S_i
-static void second_stress(double lambda, double mu, mode_in_tet *i, mode_in_tet *j,
-                          double total[3][3]) {
+static void second_stress(const double *stiffness, double lambda, double mu, mode_in_tet *i,
+                          mode_in_tet *j, double total[3][3]) {
   double product[3][3], strain[3][3];
   for (int c = 0; c < 3; c++)
     for (int d = 0; d < 3; d++)
@@ -67,7 +67,7 @@ static void second_stress(double lambda, double mu, mode_in_tet *i, mode_in_tet 
   for (int c = 0; c < 3; c++)
     for (int d = 0; d < 3; d++)
       strain[c][d] = (product[c][d] + product[d][c]) / 2;
-  thrum_stress(lambda, mu, strain, total);
+  thrum_stress_of(stiffness, lambda, mu, strain, total);
   for (int c = 0; c < 3; c++)
     for (int d = 0; d < 3; d++)
       for (int e = 0; e < 3; e++)
@@ -91,7 +91,7 @@ static void add_point(const thrum_fem *fem, int64_t t, int p, const int32_t *pai
   // each pair's second derivative of the stress acts on the nodes through the shape gradients
   for (int64_t b = 0; b < width; b++) {
     double total[3][3];
-    second_stress(fem->lambda[region], fem->mu[region], &modes[pairs[2 * b]],
+    second_stress(NULL, fem->lambda[region], fem->mu[region], &modes[pairs[2 * b]],
                   &modes[pairs[2 * b + 1]], total);
     if (name != THRUM_LAW_STVK)
       add_law(&law, modes[pairs[2 * b]].gradient, modes[pairs[2 * b + 1]].gradient, total);
@@ -321,6 +321,7 @@ static void add_points(const thrum_fem *fem, int64_t s, const int32_t *pairs, in
   const int32_t *node = thrum_solid_nodes(e, s), region = e->region[s];
   const int nodes = thrum_solid_node_count(e, s);
   const double lambda = fem->lambda[region], mu = fem->mu[region];
+  const double *stiffness = thrum_solid_stiffness(e, region);
   for (int64_t p = e->point_begin[s]; p < e->point_begin[s + 1]; p++) {
     double shape[THRUM_FEM_NODES_MAX][3];
     thrum_solid_gradients(e, s, (int)(p - e->point_begin[s]), shape);
@@ -338,12 +339,12 @@ static void add_points(const thrum_fem *fem, int64_t s, const int32_t *pairs, in
       for (int c = 0; c < 3; c++)
         for (int d = 0; d < 3; d++)
           strain[c][d] = (local[i].gradient[c][d] + local[i].gradient[d][c]) / 2;
-      thrum_stress(lambda, mu, strain, local[i].stress);
+      thrum_stress_of(stiffness, lambda, mu, strain, local[i].stress);
     }
 
     for (int64_t b = 0; b < width; b++) {
       double total[3][3];
-      second_stress(lambda, mu, &local[pairs[2 * b]], &local[pairs[2 * b + 1]], total);
+      second_stress(stiffness, lambda, mu, &local[pairs[2 * b]], &local[pairs[2 * b + 1]], total);
       for (int a = 0; a < nodes; a++)
         for (int c = 0; c < 3; c++)
           take_off(fem, node[a], c,

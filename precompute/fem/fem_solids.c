@@ -15,6 +15,7 @@ void thrum_fem_solid_at(const thrum_fem *fem, int64_t s, int p, const double *u,
   tet->weight = e->weight[e->point_begin[s] + p];
   tet->lambda = fem->lambda[e->region[s]];
   tet->mu = fem->mu[e->region[s]];
+  tet->stiffness = thrum_solid_stiffness(e, e->region[s]);
   tet->law = THRUM_LAW_STVK;
   thrum_solid_gradients(e, s, p, tet->gradient);
   thrum_tet_displace(nodes, thrum_solid_node_count(e, s), u, tet);
@@ -203,6 +204,32 @@ static double dot(const double *a, const double *b) {
   return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
+/* The material part of another C, B_a^T C B_b: by node a the strain is B_a u_a = sym(F^T u_a g_a).
+ */
+static void add_stiffness(int nodes, const thrum_tet *tet, thrum_solid_blocks blocks) {
+  double b[THRUM_SOLID_NODES_MAX][THRUM_STRAINS][3], cb[THRUM_STRAINS][3];
+  for (int a = 0; a < nodes; a++)
+    for (int k = 0; k < THRUM_STRAINS; k++) {
+      const int i = thrum_solid_strain_axes[k][0], j = thrum_solid_strain_axes[k][1];
+      for (int c = 0; c < 3; c++)
+        b[a][k][c] = i == j ? tet->deformation[c][i] * tet->gradient[a][i]
+                            : tet->deformation[c][i] * tet->gradient[a][j] +
+                                  tet->deformation[c][j] * tet->gradient[a][i];
+    }
+  for (int n = 0; n < nodes; n++) {
+    memset(cb, 0, sizeof cb);
+    for (int k = 0; k < THRUM_STRAINS; k++)
+      for (int i = 0; i < THRUM_STRAINS; i++)
+        for (int d = 0; d < 3; d++)
+          cb[k][d] += tet->weight * tet->stiffness[THRUM_STRAINS * k + i] * b[n][i][d];
+    for (int a = 0; a < nodes; a++)
+      for (int k = 0; k < THRUM_STRAINS; k++)
+        for (int c = 0; c < 3; c++)
+          for (int d = 0; d < 3; d++)
+            blocks[a][n][c][d] += b[a][k][c] * cb[k][d];
+  }
+}
+
 /* Adds what fem_assemble.c has for tets. */
 static void point_stiffness(int nodes, thrum_tet *tet, bool positive, thrum_solid_blocks blocks) {
   double fg[THRUM_SOLID_NODES_MAX][3], sg[THRUM_SOLID_NODES_MAX][3], ff[3][3];
@@ -217,12 +244,18 @@ static void point_stiffness(int nodes, thrum_tet *tet, bool positive, thrum_soli
     for (int b = 0; b < nodes; b++) {
       const double geometric = positive ? 0 : dot(tet->gradient[a], sg[b]);
       const double shear = tet->mu * dot(tet->gradient[a], tet->gradient[b]);
+      for (int c = 0; c < 3 && tet->stiffness; c++)
+        blocks[a][b][c][c] += tet->weight * geometric;
+      if (tet->stiffness)
+        continue;
       for (int c = 0; c < 3; c++)
         for (int d = 0; d < 3; d++)
           blocks[a][b][c][d] +=
               tet->weight * ((c == d ? geometric : 0) + tet->lambda * fg[a][c] * fg[b][d] +
                              tet->mu * fg[b][c] * fg[a][d] + shear * ff[c][d]);
     }
+  if (tet->stiffness)
+    add_stiffness(nodes, tet, blocks);
 }
 
 void thrum_fem_solid_stiffness(const thrum_fem *fem, int64_t s, const double *u, bool positive,

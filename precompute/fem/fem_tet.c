@@ -17,6 +17,23 @@ void thrum_stress(double lambda, double mu, double strain[3][3], double stress[3
       stress[c][d] = 2 * mu * strain[c][d] + (c == d ? pressure : 0);
 }
 
+void thrum_stress_of(const double *stiffness, double lambda, double mu, double strain[3][3],
+                     double stress[3][3]) {
+  if (!stiffness) {
+    thrum_stress(lambda, mu, strain, stress);
+    return;
+  }
+  for (int k = 0; k < THRUM_STRAINS; k++) {
+    const int *to = thrum_solid_strain_axes[k];
+    double sum = 0;
+    for (int i = 0; i < THRUM_STRAINS; i++) {
+      const int *from = thrum_solid_strain_axes[i];
+      sum += stiffness[THRUM_STRAINS * k + i] * (i < 3 ? 1 : 2) * strain[from[0]][from[1]];
+    }
+    stress[to[0]][to[1]] = stress[to[1]][to[0]] = sum;
+  }
+}
+
 void thrum_tet_traction(thrum_tet *tet, const double gradient[3], double traction[3]) {
   if (tet->law != THRUM_LAW_STVK) {
     thrum_product_vector(tet->stress, gradient, traction);
@@ -57,6 +74,7 @@ void thrum_fem_tet_at(const thrum_fem *fem, int64_t t, int p, const double *u, t
   tet->weight = fem->weight[t * fem->point_count + p];
   tet->lambda = fem->lambda[region];
   tet->mu = fem->mu[region];
+  tet->stiffness = NULL;
   tet->law = u ? thrum_fem_law(fem, region) : THRUM_LAW_STVK;
   thrum_fem_shape_gradients(fem, t, p, tet->gradient);
 
@@ -99,6 +117,11 @@ void thrum_tet_respond(thrum_tet *tet) {
       square += strain[c][d] * strain[c][d];
     }
   trace = strain[0][0] + strain[1][1] + strain[2][2];
-  thrum_stress(tet->lambda, tet->mu, strain, tet->stress);
+  thrum_stress_of(tet->stiffness, tet->lambda, tet->mu, strain, tet->stress);
   tet->energy = tet->weight * (tet->lambda / 2 * trace * trace + tet->mu * square);
+  if (!tet->stiffness)
+    return;
+  tet->energy = 0;
+  for (int c = 0; c < 9; c++)
+    tet->energy += tet->weight * strain[c / 3][c % 3] * tet->stress[c / 3][c % 3] / 2;
 }

@@ -8,6 +8,7 @@
 
 typedef struct thrum_tet {
   double weight, lambda, mu;
+  const double *stiffness;   /* 6 x 6 in their place, of solids (elastic.h); NULL: none */
   thrum_law law;             /* at rest all laws are Saint Venant-Kirchhoff's */
   double displacement[3][3]; /* G, the displacement gradient, of F_e */
   double deformation[3][3];  /* F = 1 + G; F_e of plastic flow, F = F_e F_p */
@@ -34,7 +35,9 @@ void thrum_tet_respond(thrum_tet *tet);
  * is the weight times that. */
 void thrum_tet_traction(thrum_tet *tet, const double gradient[3], double traction[3]);
 
-/* stress = lambda tr(strain) 1 + 2 mu strain. */
+/* stress = lambda tr(strain) 1 + 2 mu strain; or C strain, where `stiffness` is not NULL. */
+void thrum_stress_of(const double *stiffness, double lambda, double mu, double strain[3][3],
+                     double stress[3][3]);
 void thrum_stress(double lambda, double mu, double strain[3][3], double stress[3][3]);
 
 /* result = matrix vector */

@@ -9,6 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "mesh/elastic.h"
 #include "mesh/mesh_shells.h"
 #include "mesh/number_map.h"
 #include "mesh/solids.h"
@@ -155,6 +156,12 @@ static thrum_status reserve_all(refining *r, thrum_error *error) {
   THRUM_TRY(thrum_reserve(&finer->solid_nodes, nodes, sizeof(int32_t), WHAT, error));
   THRUM_TRY(thrum_reserve(&finer->materials, regions, sizeof *finer->materials, WHAT, error));
   memcpy(finer->materials, mesh->materials, (size_t)regions * sizeof *finer->materials);
+  THRUM_TRY(thrum_reserve(&finer->elastic, mesh->elastic_count * THRUM_ELASTIC_NUMBERS,
+                          sizeof *finer->elastic, WHAT, error));
+  if (mesh->elastic_count > 0)
+    memcpy(finer->elastic, mesh->elastic,
+           (size_t)mesh->elastic_count * THRUM_ELASTIC_NUMBERS * sizeof *finer->elastic);
+  finer->elastic_count = mesh->elastic_count;
   finer->region_count = regions;
   finer->has_material = mesh->has_material;
   return THRUM_OK;

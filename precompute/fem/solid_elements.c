@@ -11,8 +11,10 @@
 #include "precompute/fem/solid_elements.h"
 
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
+#include "core/base/vec3.h"
 #include "precompute/fem/lapack_status.h"
 
 #define PRODUCTS THRUM_SOLID_PRODUCTS_MAX
@@ -82,8 +84,15 @@ typedef struct solid_rows {
   thrum_solid_form form;
   int nodes, products;
   double places[THRUM_SOLID_NODES_MAX][3];
-  double root[STRAINS][STRAINS]; /* of the elasticity: its product with its transpose is that */
+  double centre[3][3], centre_det; /* gradients and determinant there */
 } solid_rows;
+
+/* A point at which the strains of an element are taken. */
+typedef struct row_point {
+  double place[3], weight, gradients[3][3];
+  double centre_share;           /* of the determinant at the centre in that here */
+  double root[STRAINS][STRAINS]; /* R of the elasticity there, C = R^T R */
+} row_point;
 
 /* Adds scale times the covariant strain of directions i and j at a place. */
 static void add_strain(const solid_rows *r, const double place[3], int i, int j, double scale,
@@ -205,16 +214,15 @@ static void multiply(double left[STRAINS][STRAINS], double right[STRAINS][STRAIN
 
 /* The rows of strains at one point of weight w, and beside them the columns of the enhanced ones,
  * into a column-major matrix: enhanced first. */
-static void fill_point(solid_rows *r, const double place[3], double weight, double gradients[3][3],
-                       double centre_gradients[3][3], double centre_share, int first, int height,
-                       double *matrix) {
+static void fill_point(solid_rows *r, row_point *at, int first, int height, double *matrix) {
   double turn[STRAINS][STRAINS], weighted[STRAINS][STRAINS], row[STRAINS][PRODUCTS];
   const enhanced *list = enhanced_of[r->form].list;
   const int count = enhanced_of[r->form].count;
-  turn_of(gradients, turn);
-  multiply(r->root, turn, sqrt(weight), weighted);
+  const double share = sqrt(at->weight) * at->centre_share;
+  turn_of(at->gradients, turn);
+  multiply(at->root, turn, sqrt(at->weight), weighted);
   for (int k = 0; k < STRAINS; k++)
-    covariant(r, place, k, row[k]);
+    covariant(r, at->place, k, row[k]);
   for (int p = 0; p < r->products; p++)
     for (int i = 0; i < STRAINS; i++) {
       double sum = 0;
@@ -224,18 +232,17 @@ static void fill_point(solid_rows *r, const double place[3], double weight, doub
     }
 
   // enhanced ones are turned by the centre, so that constant strains do no work on them
-  turn_of(centre_gradients, turn);
-  multiply(r->root, turn, sqrt(weight) * centre_share, weighted);
+  turn_of(r->centre, turn);
+  multiply(at->root, turn, share, weighted);
   for (int e = 0; e < count; e++) {
     double value = 1;
     for (int d = 0; d < 3; d++)
-      value *= list[e].powers[d] ? place[d] : 1;
+      value *= list[e].powers[d] ? at->place[d] : 1;
     for (int i = 0; i < STRAINS; i++) {
-      const double *root = r->root[i];
+      const double *root = at->root[i];
       matrix[e * height + first + i] =
-          value * (list[e].strain == VOLUME
-                       ? sqrt(weight) * centre_share * (root[0] + root[1] + root[2])
-                       : weighted[i][list[e].strain]);
+          value * (list[e].strain == VOLUME ? share * (root[0] + root[1] + root[2])
+                                            : weighted[i][list[e].strain]);
     }
   }
 }
@@ -287,22 +294,17 @@ static thrum_status reduce_rows(const solid_rows *r, int height, double *matrix,
   return THRUM_OK;
 }
 
-/* columns = (1 - Q Q^T) columns, Q R the enhanced ones, which are overwritten. */
-static thrum_status project(int height, int enhanced_count, int count, double *enhanced_columns,
-                            double *tau, double *columns, thrum_error *error) {
-  static const char what[] = "the enhanced strains of an element have no QR factor";
-  THRUM_TRY(thrum_lapack_status(
-      LAPACKE_dgeqrf(LAPACK_COL_MAJOR, height, enhanced_count, enhanced_columns, height, tau),
-      THRUM_SINGULAR, what, error));
-  for (int back = 0; back < 2; back++) {
-    THRUM_TRY(thrum_lapack_status(LAPACKE_dormqr(LAPACK_COL_MAJOR, 'L', back ? 'N' : 'T', height,
-                                                 count, enhanced_count, enhanced_columns, height,
-                                                 tau, columns, height),
-                                  THRUM_SINGULAR, what, error));
-    for (int c = 0; c < count && !back; c++)
-      memset(columns + c * height, 0, (size_t)enhanced_count * sizeof *columns);
-  }
-  return THRUM_OK;
+/* The enhanced parameters that make the energy least, less their sign, for each product: into the
+ * first rows of the columns behind the enhanced ones. */
+static thrum_status fit_enhanced(const solid_rows *r, int height, double *matrix,
+                                 thrum_error *error) {
+  const int m = enhanced_of[r->form].count;
+  if (m == 0)
+    return THRUM_OK;
+  return thrum_lapack_status(LAPACKE_dgels(LAPACK_COL_MAJOR, 'N', height, m, r->products, matrix,
+                                           height, matrix + m * height, height),
+                             THRUM_SINGULAR, "the enhanced strains of an element have no QR factor",
+                             error);
 }
 
 static void centre_of(thrum_solid_form form, double place[3]) {
@@ -318,6 +320,7 @@ typedef struct solid_making {
   const thrum_mesh *mesh; /* NULL: places are as they were */
   const double *lambda, *mu;
   double *scratch; /* products x products */
+  double *matrix;  /* the strains of an element, of the most layers */
   thrum_error *error;
 } solid_making;
 
@@ -355,32 +358,93 @@ static thrum_status measure(const solid_making *m, int64_t s) {
   return THRUM_OK;
 }
 
-/* Strains of an element at all points, times the root of the elasticity and of the weight:
- * column-major, the enhanced ones first. */
-static thrum_status fill_matrix(const solid_making *m, int64_t s, solid_rows *r, double *matrix) {
+/* R of an element at a place with this map, in a layer of its region. */
+static thrum_status take_root(const solid_making *m, int64_t s, int layer, double jacobian[3][3],
+                              thrum_elastic_matrix root) {
   const thrum_solid_elements *e = m->e;
-  thrum_solid_table *table = &e->tables[e->form[s]];
-  const int points = table->points;
+  const int32_t region = e->region[s];
+  if (thrum_solid_layers(e, region) == 0) {
+    isotropic_root(m->lambda[region], m->mu[region], root);
+    return THRUM_OK;
+  }
+
+  // the normal of a sheet stands on both directions in it
+  const double *row = e->elastic + THRUM_ELASTIC_NUMBERS * (e->elastic_begin[region] + layer);
+  double normal[3], axes[3][3];
+  thrum_elastic_matrix own;
+  thrum_cross3(jacobian[0], jacobian[1], normal);
+  const double length = sqrt(thrum_dot3(normal, normal));
+  for (int c = 0; c < 3; c++)
+    normal[c] /= length;
+  const bool sheet = row[THRUM_ELASTIC_THICKNESS] > 0;
+  if (!thrum_elastic_root(row, own) || !thrum_elastic_axes(row, sheet ? normal : NULL, axes))
+    return thrum_error_set(m->error, THRUM_BAD_VALUE,
+                           "the material of region %d has no direction 1 in element %lld: it "
+                           "stands on the sheet there, or its constants have no positive energy",
+                           (int)region + 1, (long long)s + 1);
+  thrum_elastic_turn(own, axes, root);
+  return THRUM_OK;
+}
+
+/* Puts a point of an element, which is through its thickness, into a layer of it; returns the share
+ * of the layer. */
+static double put_in_layer(const thrum_solid_elements *e, int64_t s, int layer, double place[3]) {
+  const int layers = thrum_solid_layers(e, e->region[s]);
+  double sum = 0, below = 0, own = 0;
+  for (int l = 0; l < layers; l++) {
+    const double *row = e->elastic + THRUM_ELASTIC_NUMBERS * (e->elastic_begin[e->region[s]] + l);
+    sum += row[THRUM_ELASTIC_THICKNESS];
+    below += l < layer ? row[THRUM_ELASTIC_THICKNESS] : 0;
+    own = l == layer ? row[THRUM_ELASTIC_THICKNESS] : own;
+  }
+  if (layers < 2)
+    return 1;
+  place[2] = (2 * below + own * (1 + place[2])) / sum - 1;
+  return own / sum;
+}
+
+/* A point of an element at a place, of this weight in natural coordinates. */
+static thrum_status take_point(const solid_making *m, int64_t s, solid_rows *r, int layer,
+                               const double place[3], double weight, row_point *at) {
+  double slopes[THRUM_SOLID_NODES_MAX][3], jacobian[3][3];
+  memcpy(at->place, place, sizeof at->place);
+  thrum_solid_shape_at(r->form, place, NULL, slopes);
+  const double det = thrum_solid_map(r->nodes, r->places, slopes, jacobian, at->gradients);
+  if (!(det > 0) || !isfinite(1 / det))
+    return inside_out(m, s, det);
+  at->weight = det * weight;
+  at->centre_share = r->centre_det * weight / at->weight;
+  return take_root(m, s, layer, jacobian, at->root);
+}
+
+/* Strains of an element at all points of all layers, times the root of the elasticity and of the
+ * weight: column-major, the enhanced ones first. */
+static thrum_status fill_matrix(const solid_making *m, int64_t s, solid_rows *r, int *height) {
+  const thrum_solid_elements *e = m->e;
+  const thrum_solid_table *table = &e->tables[e->form[s]];
+  const int layers = thrum_solid_layers(e, e->region[s]);
+  *height = STRAINS * table->points * (layers > 0 ? layers : 1);
   *r = (solid_rows){.form = (thrum_solid_form)e->form[s],
                     .nodes = table->nodes,
                     .products = thrum_solid_products(table->nodes)};
   places_of(m, s, r->places);
-  isotropic_root(m->lambda[e->region[s]], m->mu[e->region[s]], r->root);
 
   // the map at the centre
-  double centre[3], slopes[THRUM_SOLID_NODES_MAX][3], jacobian[3][3], gradients[3][3];
+  double centre[3], slopes[THRUM_SOLID_NODES_MAX][3], jacobian[3][3];
   centre_of(r->form, centre);
   thrum_solid_shape_at(r->form, centre, NULL, slopes);
-  const double det = thrum_solid_map(r->nodes, r->places, slopes, jacobian, gradients);
-  if (!(det > 0) || !isfinite(1 / det))
-    return inside_out(m, s, det);
+  r->centre_det = thrum_solid_map(r->nodes, r->places, slopes, jacobian, r->centre);
+  if (!(r->centre_det > 0) || !isfinite(1 / r->centre_det))
+    return inside_out(m, s, r->centre_det);
 
-  for (int p = 0; p < points; p++) {
-    const int64_t point = e->point_begin[s] + p;
-    double here[3][3];
-    memcpy(here, e->gradient + 9 * point, sizeof here);
-    fill_point(r, table->place[p], e->weight[point], here, gradients,
-               det * table->weight[p] / e->weight[point], STRAINS * p, STRAINS * points, matrix);
+  for (int first = 0, n = 0; first < *height; first += STRAINS, n++) {
+    const int layer = n / table->points, p = n % table->points;
+    double place[3];
+    row_point at;
+    memcpy(place, table->place[p], sizeof place);
+    const double share = put_in_layer(e, s, layer, place);
+    THRUM_TRY(take_point(m, s, r, layer, place, share * table->weight[p], &at));
+    fill_point(r, &at, first, *height, m->matrix);
   }
   return THRUM_OK;
 }
@@ -388,14 +452,24 @@ static thrum_status fill_matrix(const solid_making *m, int64_t s, solid_rows *r,
 /* The rows of an element into the scratch. */
 static thrum_status make_rows(const solid_making *m, int64_t s, int *count) {
   const thrum_solid_elements *e = m->e;
-  double matrix[STRAINS * ROW_POINTS * COLUMNS_MAX];
   solid_rows r;
+  int height = 0;
   *count = 0;
   if (m->lambda[e->region[s]] == 0 && m->mu[e->region[s]] == 0)
     return THRUM_OK;
-  THRUM_TRY(fill_matrix(m, s, &r, matrix));
-  return reduce_rows(&r, STRAINS * e->tables[e->form[s]].points, matrix, m->scratch, count,
-                     m->error);
+  THRUM_TRY(fill_matrix(m, s, &r, &height));
+  return reduce_rows(&r, height, m->matrix, m->scratch, count, m->error);
+}
+
+/* Room for the strains of any element. */
+static thrum_status reserve_matrix(solid_making *m) {
+  const thrum_solid_elements *e = m->e;
+  int64_t layers = 1;
+  for (int64_t s = 0; s < e->count; s++)
+    if (thrum_solid_layers(e, e->region[s]) > layers)
+      layers = thrum_solid_layers(e, e->region[s]);
+  return thrum_reserve(&m->matrix, (int64_t)STRAINS * ROW_POINTS * COLUMNS_MAX * layers,
+                       sizeof *m->matrix, "the elements", m->error);
 }
 
 /* The rows of all elements, one element after the other. */
@@ -424,7 +498,54 @@ static thrum_status measure_all(solid_making *m, thrum_solid_elements *e, thrum_
   // as many rows as there may be at most; what is not used is never touched
   e->rows = thrum_scope_allocate(memory, room, sizeof *e->rows);
   THRUM_TRY(memory->status);
-  return make_all_rows(m);
+  thrum_status status = reserve_matrix(m);
+  THRUM_THEN(status, make_all_rows(m));
+  free(m->matrix);
+  return status;
+}
+
+/* The layers of each region and, where directions are fixed in space, its C. */
+static thrum_status take_elastic(const thrum_mesh *mesh, thrum_solid_elements *e,
+                                 thrum_scope *memory, thrum_error *error) {
+  if (mesh->elastic_count == 0)
+    return THRUM_OK;
+  const int64_t regions = mesh->region_count;
+  e->elastic = mesh->elastic;
+  e->elastic_begin = thrum_scope_allocate(memory, regions + 1, sizeof *e->elastic_begin);
+  e->stiffness =
+      thrum_scope_allocate(memory, 2 * STRAINS * STRAINS * regions, sizeof *e->stiffness);
+  THRUM_TRY(memory->status);
+  for (int64_t i = 0; i <= regions; i++)
+    e->elastic_begin[i] = thrum_mesh_elastic_begin(mesh, i);
+  for (int32_t i = 0; i < regions; i++) {
+    thrum_elastic_matrix own, root, stiffness;
+    double axes[3][3];
+    if (!thrum_solid_stiffness(e, i))
+      continue;
+    const double *row = e->elastic + THRUM_ELASTIC_NUMBERS * e->elastic_begin[i];
+    if (!thrum_elastic_root(row, own) || !thrum_elastic_axes(row, NULL, axes))
+      return thrum_error_set(error, THRUM_BAD_VALUE,
+                             "the elastic constants of region %d have no positive energy, or its "
+                             "directions are parallel",
+                             (int)i + 1);
+    thrum_elastic_turn(own, axes, root);
+    thrum_elastic_stiffness(root, stiffness);
+    memcpy(e->stiffness + 2 * STRAINS * STRAINS * i, stiffness, sizeof stiffness);
+    memcpy(e->stiffness + 2 * STRAINS * STRAINS * i + STRAINS * STRAINS, root, sizeof root);
+  }
+  return THRUM_OK;
+}
+
+/* Layers are those of solid-shells, which have a thickness. */
+static thrum_status check_layers(const thrum_solid_elements *e, thrum_error *error) {
+  for (int64_t s = 0; s < e->count; s++)
+    if (thrum_solid_layers(e, e->region[s]) > 0 && !thrum_solid_stiffness(e, e->region[s]) &&
+        e->form[s] != THRUM_FORM_SHELL6 && e->form[s] != THRUM_FORM_SHELL8)
+      return thrum_error_set(error, THRUM_UNSUPPORTED,
+                             "region %d is a laminate, and its elements are %s: layers are those "
+                             "of solid-shells (thrum mesh --thickness, or --element shell)",
+                             (int)e->region[s] + 1, thrum_solid_forms[e->form[s]].name);
+  return THRUM_OK;
 }
 
 thrum_status thrum_solid_elements_make(const thrum_mesh *mesh, const double *lambda,
@@ -451,6 +572,8 @@ thrum_status thrum_solid_elements_make(const thrum_mesh *mesh, const double *lam
     e->region[s] = mesh->tet_region[thrum_solid_tet(e, s)];
     e->point_begin[s + 1] = e->point_begin[s] + e->tables[e->form[s]].points;
   }
+  THRUM_TRY(take_elastic(mesh, e, memory, error));
+  THRUM_TRY(check_layers(e, error));
   e->weight = thrum_scope_allocate(memory, e->point_begin[count], sizeof *e->weight);
   e->gradient = thrum_scope_allocate(memory, 9 * e->point_begin[count], sizeof *e->gradient);
   THRUM_TRY(memory->status);
@@ -461,35 +584,55 @@ thrum_status thrum_solid_elements_make(const thrum_mesh *mesh, const double *lam
 thrum_status thrum_solid_elements_renew(thrum_solid_elements *made, const double *lambda,
                                         const double *mu, thrum_error *error) {
   solid_making m = {.e = made, .lambda = lambda, .mu = mu, .error = error};
-  return make_all_rows(&m);
+  thrum_status status = reserve_matrix(&m);
+  THRUM_THEN(status, make_all_rows(&m));
+  free(m.matrix);
+  return status;
+}
+
+/* The same with room for the strains: what the enhanced parameters give is taken off the strains at
+ * the points of the table, in the outer layers. */
+static thrum_status stress_matrix(const solid_making *m, int64_t s, double *matrix) {
+  const thrum_solid_elements *e = m->e;
+  const thrum_solid_table *table = &e->tables[e->form[s]];
+  const int enhanced_count = enhanced_of[e->form[s]].count;
+  const int layers = thrum_solid_layers(e, e->region[s]);
+  solid_rows r;
+  int height = 0;
+  THRUM_TRY(fill_matrix(m, s, &r, &height));
+  THRUM_TRY(fit_enhanced(&r, height, m->matrix, m->error));
+  const double *fit = m->matrix + enhanced_count * height;
+
+  for (int p = 0; p < table->points; p++) {
+    double strains[STRAINS * COLUMNS_MAX], *behind = strains + enhanced_count * STRAINS;
+    const int layer = layers > 0 && table->place[p][2] > 0 ? layers - 1 : 0;
+    row_point at;
+    THRUM_TRY(take_point(m, s, &r, layer, table->place[p], 1, &at));
+    at.weight = 1;
+    fill_point(&r, &at, 0, STRAINS, strains);
+    for (int k = 0; k < STRAINS; k++)
+      for (int c = 0; c < r.products; c++) {
+        double sum = 0;
+        for (int i = 0; i < STRAINS; i++) {
+          double strain = behind[c * STRAINS + i];
+          for (int n = 0; n < enhanced_count; n++)
+            strain -= strains[n * STRAINS + i] * fit[c * height + n];
+          sum += at.root[i][k] * strain;
+        }
+        matrix[(STRAINS * p + k) * r.products + c] = sum;
+      }
+  }
+  return THRUM_OK;
 }
 
 thrum_status thrum_solid_stress_matrix(const thrum_solid_elements *e, int64_t s,
                                        const double *lambda, const double *mu, double *matrix,
                                        thrum_error *error) {
-  solid_making m = {.e = e, .lambda = lambda, .mu = mu};
-  const int points = e->tables[e->form[s]].points, height = STRAINS * points;
-  const int enhanced_count = enhanced_of[e->form[s]].count;
-  double strains[STRAINS * ROW_POINTS * COLUMNS_MAX], tau[ENHANCED_MAX];
-  solid_rows r;
-  m.error = error;
-  THRUM_TRY(fill_matrix(&m, s, &r, strains));
-
-  // what the enhanced strains can give is taken away
-  double *behind = strains + enhanced_count * height;
-  if (enhanced_count > 0)
-    THRUM_TRY(project(height, enhanced_count, r.products, strains, tau, behind, error));
-
-  // from the root of the elasticity to stress
-  for (int p = 0; p < points; p++)
-    for (int k = 0; k < STRAINS; k++)
-      for (int c = 0; c < r.products; c++) {
-        double sum = 0;
-        for (int i = 0; i < STRAINS; i++)
-          sum += r.root[i][k] * behind[c * height + STRAINS * p + i];
-        matrix[(STRAINS * p + k) * r.products + c] = sum / sqrt(e->weight[e->point_begin[s] + p]);
-      }
-  return THRUM_OK;
+  solid_making m = {.e = e, .lambda = lambda, .mu = mu, .error = error};
+  thrum_status status = reserve_matrix(&m);
+  THRUM_THEN(status, stress_matrix(&m, s, matrix));
+  free(m.matrix);
+  return status;
 }
 
 void thrum_solid_gradients(const thrum_solid_elements *e, int64_t s, int p,

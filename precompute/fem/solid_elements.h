@@ -14,6 +14,7 @@
 #ifndef THRUM_PRECOMPUTE_FEM_SOLID_ELEMENTS_H
 #define THRUM_PRECOMPUTE_FEM_SOLID_ELEMENTS_H
 
+#include "mesh/elastic.h"
 #include "mesh/mesh.h"
 #include "platform/allocate.h"
 #include "precompute/fem/solid_shape.h"
@@ -40,7 +41,26 @@ typedef struct thrum_solid_elements {
                          the other, in units of the root of a stress times a volume, over lengths
                          squared */
   double *rows;
+  const double *elastic;  /* the mesh's layers of elasticity with directions; NULL: none */
+  int64_t *elastic_begin; /* region_count + 1: those of each region; NULL: none */
+  double *stiffness;      /* region_count x 72: C of regions with directions in space, along the
+                             axes of space, and R behind it, C = R^T R; NULL: none */
 } thrum_solid_elements;
+
+/* Layers of elasticity of a region; 0: it is isotropic. */
+static inline int thrum_solid_layers(const thrum_solid_elements *e, int32_t region) {
+  return e->elastic_begin ? (int)(e->elastic_begin[region + 1] - e->elastic_begin[region]) : 0;
+}
+
+/* C of a region with directions in space; NULL: it is isotropic, or a laminate. */
+static inline const double *thrum_solid_stiffness(const thrum_solid_elements *e, int32_t region) {
+  if (thrum_solid_layers(e, region) == 0)
+    return NULL;
+  const double *row = e->elastic + THRUM_ELASTIC_NUMBERS * e->elastic_begin[region];
+  return row[THRUM_ELASTIC_THICKNESS] > 0
+             ? NULL
+             : e->stiffness + 2 * THRUM_STRAINS * THRUM_STRAINS * region;
+}
 
 static inline const int32_t *thrum_solid_nodes(const thrum_solid_elements *e, int64_t s) {
   return e->nodes + (s > 0 ? e->ends[s - 1] : 0);
@@ -71,7 +91,8 @@ static inline int thrum_solid_row_count(const thrum_solid_elements *e, int64_t s
 }
 
 /* Measures the elements of a mesh that has some and makes their rows; `lambda` and `mu` of each
- * region. Refuses elements that turn inside out at a point. All memory is of the scope. */
+ * region that is isotropic. Refuses elements that turn inside out at a point, and laminates of
+ * other elements than solid-shells. All memory is of the scope. */
 thrum_status thrum_solid_elements_make(const thrum_mesh *mesh, const double *lambda,
                                        const double *mu, thrum_scope *memory,
                                        thrum_solid_elements *made, thrum_error *error);
@@ -85,7 +106,8 @@ thrum_status thrum_solid_elements_renew(thrum_solid_elements *made, const double
 extern const int thrum_solid_strain_axes[6][2];
 
 /* Second Piola-Kirchhoff stress at the points of an element with rows, of its assumed and enhanced
- * strains: 6 stresses a point by its products, row after row. */
+ * strains: 6 stresses a point by its products, row after row. In a laminate the lower points have
+ * the stress of the lowest layer, and the upper ones that of the uppermost. */
 thrum_status thrum_solid_stress_matrix(const thrum_solid_elements *e, int64_t s,
                                        const double *lambda, const double *mu, double *matrix,
                                        thrum_error *error);

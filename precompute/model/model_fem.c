@@ -31,6 +31,8 @@ thrum_status thrum_model_borrow_mesh(const thrum_model *model, thrum_mesh *mesh,
   mesh->midsides = thrum_model_writable(model->midsides);
   mesh->tet_region = thrum_model_writable(model->tet_region);
   mesh->springs = thrum_model_writable(model->springs);
+  mesh->elastic_count = model->elastic_count;
+  mesh->elastic = thrum_model_writable(model->elastic);
   mesh->solid_count = model->solid_count;
   mesh->solid_form = thrum_model_writable(model->solid_form);
   mesh->solid_ends = thrum_model_writable(model->solid_ends);

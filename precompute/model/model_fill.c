@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "mesh/elastic.h"
 #include "platform/allocate.h"
 
 void *thrum_model_writable(const void *array) {
@@ -73,7 +74,8 @@ static thrum_status fill_reduced(int64_t rank, bool points, thrum_model *model,
                            (points ? THRUM_MODEL_FORMAT_MINOR_POINTS : 0)};
   if (model->solid_count > 0) {
     format[0] = THRUM_MODEL_FORMAT_MAJOR_SOLIDS;
-    format[1] = THRUM_MODEL_FORMAT_MINOR_SOLIDS;
+    format[1] = THRUM_MODEL_FORMAT_MINOR_SOLIDS +
+                (model->elastic_count > 0 ? THRUM_MODEL_FORMAT_MINOR_ELASTIC : 0);
   }
 
   // the polynomial, and the basis that it is of
@@ -128,6 +130,10 @@ thrum_status thrum_model_fill_mesh(const thrum_mesh *mesh, const uint8_t *fixed,
   if (mesh->springs)
     THRUM_TRY(keep(&model->springs, mesh->springs, 3 * vertices, sizeof(double), error));
   THRUM_TRY(fill_solids(mesh, model, error));
+  model->elastic_count = mesh->elastic_count;
+  if (mesh->elastic_count > 0)
+    THRUM_TRY(keep(&model->elastic, mesh->elastic, THRUM_ELASTIC_NUMBERS * mesh->elastic_count,
+                   sizeof(double), error));
   THRUM_TRY(fill_reduced(rank, points, model, error));
   return fill_groups(mesh, model, error);
 }

@@ -39,6 +39,9 @@ typedef struct panel {
   double *stress;        /* squared x 6 x BLOCK, or NULL where squared = rank */
   double *force;         /* squared x 9 x BLOCK, likewise: of one vector and all later ones */
   double weight[3][BLOCK];
+  const double *stiffness[BLOCK]; /* C and R of points of elasticity with directions, NULL: none, */
+  double root_weight[BLOCK];      /* and the root of their weight */
+  bool directed;                  /* there are some in this block */
   double *products;   /* columns x products of edges, of one solid with rows; NULL: there is none */
   double *edges;      /* rank x 3 edges of that */
   thrum_scope memory; /* of all arrays but the basis */
@@ -236,11 +239,31 @@ static void add_force(const panel *p, int64_t i, int64_t j, double *restrict for
   }
 }
 
+/* At points of elasticity with directions: sqrt(w) R strain, or sqrt(w) R^T of that. */
+static void direct(const panel *p, bool transposed, double *row) {
+  for (int s = 0; s < BLOCK && p->directed; s++) {
+    double own[THRUM_STRAINS];
+    if (!p->stiffness[s])
+      continue;
+    const double *root = p->stiffness[s] + THRUM_STRAINS * THRUM_STRAINS;
+    for (int k = 0; k < THRUM_STRAINS; k++)
+      own[k] = p->root_weight[s] * row[k * BLOCK + s];
+    for (int k = 0; k < THRUM_STRAINS; k++) {
+      row[k * BLOCK + s] = 0;
+      for (int i = 0; i < THRUM_STRAINS; i++)
+        row[k * BLOCK + s] +=
+            own[i] * (transposed ? root[THRUM_STRAINS * i + k] : root[THRUM_STRAINS * k + i]);
+    }
+  }
+}
+
 // others (rank - squared x pairs i <= j, i outermost, column-major) += G_h : (G_i S_j + G_j S_i)
 static void add_others(panel *p, double *others) {
   const int64_t rest = p->rank - p->squared, depth = 9 * BLOCK;
   for (int64_t i = 0; i < p->squared; i++)
     fill_stress(p, p->row + 6 * i * BLOCK, p->stress + 6 * i * BLOCK);
+  for (int64_t i = 0; i < p->squared; i++)
+    direct(p, true, p->stress + 6 * i * BLOCK);
 
   // all forces of one i in a block, for one product of matrices
   for (int64_t i = 0; i < p->squared; i++) {
@@ -275,6 +298,8 @@ static void add_block(panel *p, double *gram, double *others) {
   for (int64_t i = 0; i < p->squared; i++)
     for (int64_t j = i; j < p->squared; j++, row += depth)
       fill_product(p, i, j, i == j ? 0.5 : 1, row);
+  for (int64_t c = 0; c < p->columns; c++)
+    direct(p, false, p->row + c * depth);
 
   add_product(p, depth, gram);
   if (others != NULL)
@@ -359,6 +384,17 @@ static thrum_status add_row_solids(panel *p, double *gram, double *others,
   return THRUM_OK;
 }
 
+// of a point of elasticity with directions the strains are filled as they are
+static void take_directions(panel *p, int32_t region, double weight, int64_t s) {
+  p->stiffness[s] = thrum_solid_stiffness(&p->fem->solids, region);
+  if (!p->stiffness[s])
+    return;
+  p->directed = true;
+  p->root_weight[s] = sqrt(weight);
+  p->weight[0][s] = p->weight[2][s] = 1;
+  p->weight[1][s] = 0;
+}
+
 // elements with points, gathered to blocks of them
 static void add_point_solids(panel *p, double *gram, double *others) {
   const thrum_solid_elements *e = &p->fem->solids;
@@ -371,10 +407,13 @@ static void add_point_solids(panel *p, double *gram, double *others) {
       if (filled == 0) {
         memset(p->gradient, 0, sizeof(double) * (size_t)(p->rank * 9 * BLOCK));
         memset(p->weight, 0, sizeof p->weight);
+        memset(p->stiffness, 0, sizeof p->stiffness);
+        p->directed = false;
       }
       thrum_solid_gradients(e, s, (int)(point - e->point_begin[s]), shape);
       fill_nodes(p, thrum_solid_nodes(e, s), thrum_solid_node_count(e, s), shape, filled);
-      weigh(p, e->region[s], e->weight[point], filled++);
+      weigh(p, e->region[s], e->weight[point], filled);
+      take_directions(p, e->region[s], e->weight[point], filled++);
       if (filled == BLOCK) {
         add_block(p, gram, others);
         filled = 0;

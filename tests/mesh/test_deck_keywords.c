@@ -6,6 +6,8 @@
 #include <math.h>
 #include <sys/stat.h>
 
+#include "mesh/elastic.h"
+#include "mesh/formats/mesh_write.h"
 #include "mesh/mesh_groups.h"
 
 #define CLOSE_TO(a, b) assert_true(fabs((a) - (b)) < 1e-12)
@@ -511,10 +513,76 @@ static void another_law_is_told_of(void **state) {
                                   "*MATERIAL, NAME=OTHER\n*CREEP\n1\n");
   assert_int_equal(mesh.note_count, 0);
   thrum_mesh_free(&mesh);
-  mesh_bad("a.inp", THREE "4,0,0,1\n" SECTION "*ELASTIC, TYPE=ORTHO\n1,1,1,1,1,1,1,1\n",
-           "a.inp:10: *ELASTIC of type ORTHO is not supported, only ISOTROPIC");
+  mesh_bad("a.inp", THREE "4,0,0,1\n" SECTION "*ELASTIC, TYPE=ANISO\n1,1,1,1,1,1,1,1\n",
+           "a.inp:10: *ELASTIC of type ANISO is not supported, only ISOTROPIC, ORTHO");
   mesh_bad("a.inp", THREE "4,0,0,1\n" TET "*SOLID SECTION, ELSET=A, COMPOSITE\n",
            "a.inp:8: *SOLID SECTION, COMPOSITE is not read");
+}
+
+/* Constants of both kinds are the same material, along the directions of the section's orientation,
+ * which turn with the instance; a deck that is written has them again. */
+static void orthotropic_materials_are_read_and_written(void **state) {
+  (void)state;
+  static const double own[9] = {9e3, 4e3, 2e3, 0.3, 0.25, 0.35, 1500, 1200, 800};
+  double row[THRUM_ELASTIC_NUMBERS] = {0};
+  memcpy(row + THRUM_ELASTIC_YOUNG, own, sizeof own);
+  thrum_elastic_matrix root, c;
+  assert_true(thrum_elastic_root(row, root));
+  thrum_elastic_stiffness(root, c);
+  for (int moduli = 0; moduli < 2; moduli++) {
+    char text[1500];
+    snprintf(text, sizeof text,
+             "%s*ORIENTATION, NAME=O, SYSTEM=RECTANGULAR\n0,1,0,0,0,1\n3,90\n"
+             "*MATERIAL, NAME=M\n*DENSITY\n2\n*ELASTIC, TYPE=%s\n",
+             THREE "4,0,0,1\n" TET "*SOLID SECTION, ELSET=A, MATERIAL=M, ORIENTATION=O\n",
+             moduli ? "ORTHO" : "ENGINEERING CONSTANTS");
+    const double nine[9] = {c[0][0], c[0][1], c[1][1], c[0][2], c[1][2],
+                            c[2][2], c[5][5], c[4][4], c[3][3]};
+    for (int n = 0; n < 9; n++)
+      snprintf(text + strlen(text), sizeof text - strlen(text), "%.17g%s", (moduli ? nine : own)[n],
+               n == 7 ? "\n" : ",");
+    thrum_mesh mesh = mesh_good("a.inp", text);
+    assert_int_equal(mesh.elastic_count, 1);
+    for (int k = 0; k < 9; k++)
+      assert_true(fabs(mesh.elastic[THRUM_ELASTIC_YOUNG + k] / own[k] - 1) < 1e-12);
+    double axes[3][3];
+    assert_true(thrum_elastic_axes(mesh.elastic, NULL, axes));
+    assert_true(fabs(axes[0][2] - 1) < 1e-12 && fabs(axes[1][1] + 1) < 1e-12);
+
+    char path[200];
+    snprintf(path, sizeof path, "%s/b.inp", mesh_folder);
+    mesh_write_text("b.inp", "");
+    thrum_mesh_lost lost = {0};
+    thrum_mesh again = {0};
+    assert_int_equal(thrum_mesh_write(path, &mesh, &(thrum_mesh_write_options){0}, &lost, NULL), 0);
+    assert_int_equal(lost.directed, 0);
+    assert_int_equal(thrum_mesh_read(path, 1, &again, NULL), THRUM_OK);
+    assert_int_equal(again.elastic_count, 1);
+    for (int k = 0; k < THRUM_ELASTIC_NUMBERS; k++)
+      assert_true(fabs(again.elastic[k] - mesh.elastic[k]) <=
+                  1e-12 * fabs(mesh.elastic[k]) + 1e-12);
+    thrum_mesh_free(&again);
+    thrum_mesh_free(&mesh);
+  }
+
+  // what is wrong with one
+  static const char head[] =
+      THREE "4,0,0,1\n" TET "*SOLID SECTION, ELSET=A, MATERIAL=M, ORIENTATION=O\n"
+            "*MATERIAL, NAME=M\n*DENSITY\n2\n";
+  static const char good[] = "*ELASTIC, TYPE=ENGINEERING CONSTANTS\n9e3,4e3,2e3,.3,.25,.35,1500,"
+                             "1200\n800\n";
+  static const char *const bad[][2] = {
+      {"*ELASTIC, TYPE=ORTHO\n1,1,1,1,1,1,1,1\n", "nine constants"},
+      {"*ELASTIC, TYPE=ORTHO\n1,2,1,0,0,1,1,1\n1\n", "no positive energy"},
+      {"*ELASTIC, TYPE=ENGINEERING CONSTANTS\n1,1,1,2,0,0,1,1\n1\n", "no positive energy"},
+      {"", "no orientation 'O'"},
+      {"*ORIENTATION, NAME=O, SYSTEM=CYLINDRICAL\n0,0,0,0,0,1\n", "needs an *ORIENTATION"},
+      {"*ORIENTATION, NAME=O\n1,0,0,2,0,0\n", "needs an *ORIENTATION"}};
+  for (size_t n = 0; n < sizeof bad / sizeof *bad; n++) {
+    char text[1500];
+    snprintf(text, sizeof text, "%s%s%s", head, n < 3 ? "" : good, bad[n][0]);
+    mesh_bad("a.inp", text, bad[n][1]);
+  }
 }
 
 static void keywords_that_are_passed_over_are_named_if_they_matter(void **state) {
@@ -567,6 +635,7 @@ int main(void) {
       cmocka_unit_test(sets_take_their_members_from_ranges_names_and_elements),
       cmocka_unit_test(sets_of_a_part_and_of_the_assembly_may_have_one_name),
       cmocka_unit_test(another_law_is_told_of),
+      cmocka_unit_test(orthotropic_materials_are_read_and_written),
       cmocka_unit_test(keywords_that_are_passed_over_are_named_if_they_matter),
   };
 
