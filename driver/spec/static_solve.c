@@ -5,11 +5,14 @@
 #include <stdbool.h>
 #include <stdint.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "config/message.h"
 #include "core/base/pi.h"
 #include "platform/allocate.h"
 #include "thrum/thrum.h"
+
+#define ROUNDING 1e-9 /* of where an answer began: what is left of it without a load */
 
 static thrum_status add_loads(const thrum_model *model, const load_spec *loads, int64_t count,
                               double *one, double *sum, thrum_error *error) {
@@ -21,6 +24,13 @@ static thrum_status add_loads(const thrum_model *model, const load_spec *loads, 
   return THRUM_OK;
 }
 
+static double largest_of(int64_t count, const double *values) {
+  double largest = 0;
+  for (int64_t i = 0; i < count; i++)
+    largest = fmax(largest, fabs(values[i]));
+  return largest;
+}
+
 static void warn_free(const thrum_model *model, const char *said) {
   if (model->rigid != NULL)
     config_warn("%s: nothing holds the body: what would move it as a whole has no effect", said);
@@ -28,10 +38,7 @@ static void warn_free(const thrum_model *model, const char *said) {
 
 /* Warns of loads that are allowed and yet hardly meant. */
 static void warn_idle(const thrum_model *model, const char *said, const double *load) {
-  bool idle = true;
-  for (int64_t i = 0; i < model->rank; i++)
-    idle = idle && load[i] == 0;
-  if (idle)
+  if (largest_of(model->rank, load) == 0)
     config_warn("%s: the load moves nothing: it is zero, or all that it acts on is held", said);
   else
     warn_free(model, said);
@@ -73,6 +80,9 @@ static thrum_status solve_for(const static_problem *problem, const thrum_model *
   // an answer is continued from the forces that hold it
   thrum_equilibrium_def def = problem->def;
   double base[THRUM_RANK_MAX];
+  const bool unloads =
+      problem->from && problem->actuate_count == 0 && largest_of(model->rank, sum) == 0;
+  const double began = unloads ? largest_of(model->rank, q) : 0;
   if (problem->from) {
     thrum_internal_force(model, q, base, workspace);
     for (int64_t i = 0; i < model->rank; i++)
@@ -85,6 +95,11 @@ static thrum_status solve_for(const static_problem *problem, const thrum_model *
       thrum_equilibrium(model, &def, sum, q, mode, workspace, size, problem->progress.report,
                         problem->progress.context, report, error);
 
+  // back at rest, what a solve leaves is no displacement of which anything could be told
+  if (status >= 0 && unloads && largest_of(model->rank, q) <= ROUNDING * began) {
+    memset(q, 0, (size_t)model->rank * sizeof *q);
+    report->energy = report->load_energy = 0;
+  }
   free(workspace);
   return config_error_in(error, status, "%.200s", problem->said);
 }
