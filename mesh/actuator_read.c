@@ -190,21 +190,16 @@ static thrum_status read_strain(reader *r, int numbers, thrum_actuator *a) {
 
 /* The vertex of a number in the file. */
 static thrum_status find_vertex(const reader *r, thrum_word word, int32_t *vertex) {
-  const thrum_mesh *mesh = r->mesh;
-  const int64_t count = mesh->file_vertex_count > 0 ? mesh->file_vertex_count : mesh->vertex_count;
   int64_t number = 0;
-  *vertex = -1;
   if (word.length == 0 ||
       thrum_text_scan_integer(word.text, word.text + word.length, &number) != word.length)
     return refuse(r, THRUM_BAD_FORMAT, "vertex=N is the number of a vertex");
-  for (int64_t v = 0; v < count && *vertex < 0; v++)
-    if (thrum_mesh_number(mesh, v) == number)
-      *vertex = mesh->file_vertex ? mesh->file_vertex[v] : (int32_t)v;
-  return *vertex >= 0 ? THRUM_OK
-                      : thrum_error_set(r->error, THRUM_INVALID_ARGUMENT,
-                                        "'%.100s': there is no vertex %lld in the mesh, which has "
-                                        "%lld",
-                                        r->text, (long long)number, (long long)count);
+  *vertex = (int32_t)thrum_mesh_vertex_of(r->mesh, number);
+  return *vertex >= 0
+             ? THRUM_OK
+             : thrum_error_set(r->error, THRUM_INVALID_ARGUMENT,
+                               "'%.100s': the mesh has no vertex %lld that an element uses",
+                               r->text, (long long)number);
 }
 
 /* A guide that begins with this word, which a comma may part. */

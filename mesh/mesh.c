@@ -76,6 +76,14 @@ int64_t thrum_mesh_number(const thrum_mesh *mesh, int64_t v) {
   return mesh->file_number && v < mesh->file_vertex_count ? mesh->file_number[v] : v + 1;
 }
 
+int64_t thrum_mesh_vertex_of(const thrum_mesh *mesh, int64_t number) {
+  const int64_t count = mesh->file_vertex_count > 0 ? mesh->file_vertex_count : mesh->vertex_count;
+  for (int64_t v = 0; v < count; v++)
+    if (thrum_mesh_number(mesh, v) == number)
+      return mesh->file_vertex ? mesh->file_vertex[v] : v;
+  return -1;
+}
+
 thrum_tet_text thrum_mesh_tet_text(const thrum_mesh *mesh, int64_t t) {
   thrum_tet_text name;
   snprintf(name.text, sizeof name.text, "%s %lld",

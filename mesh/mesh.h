@@ -111,11 +111,14 @@ __attribute__((format(printf, 2, 3)))
 int64_t
 thrum_mesh_add_note(thrum_mesh *mesh, const char *format, ...);
 
-/* How messages call tet `t`: "tet 7", or "element 7" where elements were cut, by the number in the
- * file. */
 /* The number that the file gives to its vertex v, before any was dropped. */
 int64_t thrum_mesh_number(const thrum_mesh *mesh, int64_t v);
 
+/* The vertex to which the file gives a number; -1: there is none, or it was dropped. */
+int64_t thrum_mesh_vertex_of(const thrum_mesh *mesh, int64_t number);
+
+/* How messages call tet `t`: "tet 7", or "element 7" where elements were cut, by the number in the
+ * file. */
 typedef struct thrum_tet_text {
   char text[40];
 } thrum_tet_text;

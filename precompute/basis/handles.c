@@ -20,14 +20,15 @@ thrum_status thrum_handle_find(const thrum_mesh *mesh, const char *spec, thrum_h
 
   // a vertex by its number in the file
   if (strncmp(spec, key, length) == 0) {
-    int64_t vertex = 0;
+    int64_t number = 0;
     const char *end = spec + strlen(spec);
-    if (thrum_text_scan_integer(spec + length, end, &vertex) != (size_t)(end - spec) - length ||
-        vertex < 1 || vertex > mesh->vertex_count)
+    const bool whole =
+        thrum_text_scan_integer(spec + length, end, &number) == (size_t)(end - spec) - length;
+    const int64_t vertex = whole ? thrum_mesh_vertex_of(mesh, number) : -1;
+    if (vertex < 0)
       return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
-                             "'%.100s': the mesh has vertices 1 to %lld", spec,
-                             (long long)mesh->vertex_count);
-    *handle = (thrum_handle){.name = spec, .count = 1, .vertex = (int32_t)(vertex - 1)};
+                             "'%.100s': the mesh has no such vertex that an element uses", spec);
+    *handle = (thrum_handle){.name = spec, .count = 1, .vertex = (int32_t)vertex};
     return THRUM_OK;
   }
 

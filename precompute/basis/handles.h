@@ -5,7 +5,7 @@
 
 #include "precompute/fem/fem.h"
 
-/* `spec` is vertex=N, numbered from 1, or a group of the mesh, which must stay. */
+/* `spec` is vertex=N, by its number in the file, or a group of the mesh, which must stay. */
 thrum_status thrum_handle_find(const thrum_mesh *mesh, const char *spec, thrum_handle *handle,
                                thrum_error *error);
 

@@ -165,6 +165,24 @@ static void the_rank_may_be_just_the_responses_and_the_same_handle_counts_once(v
   body_free(&b);
 }
 
+/* A file that numbers its vertices from 1000, of which no element uses the first. */
+static void a_vertex_is_named_as_in_the_file(void **state) {
+  (void)state;
+  int64_t number[9];
+  int32_t vertex[9];
+  for (int n = 0; n < 9; n++) {
+    number[n] = 1000 + n;
+    vertex[n] = n - 1;
+  }
+  const thrum_mesh mesh = {
+      .vertex_count = 8, .file_vertex_count = 9, .file_number = number, .file_vertex = vertex};
+  thrum_handle handle = {0};
+  assert_int_equal(thrum_handle_find(&mesh, "vertex=1008", &handle, NULL), THRUM_OK);
+  assert_int_equal(handle.vertex, 7);
+  assert_int_equal(thrum_handle_find(&mesh, "vertex=8", &handle, NULL), THRUM_INVALID_ARGUMENT);
+  assert_int_equal(thrum_handle_find(&mesh, "vertex=1000", &handle, NULL), THRUM_INVALID_ARGUMENT);
+}
+
 static void handles_that_are_held_or_missing_are_refused(void **state) {
   (void)state;
   body b = body_make("beam:6x2x2@1x0.2x0.15", "x<0.001");
@@ -322,6 +340,7 @@ int main(void) {
       cmocka_unit_test(a_pull_at_a_handle_gives_the_full_order_static_answer),
       cmocka_unit_test(a_basis_with_handles_holds_the_one_without),
       cmocka_unit_test(the_rank_may_be_just_the_responses_and_the_same_handle_counts_once),
+      cmocka_unit_test(a_vertex_is_named_as_in_the_file),
       cmocka_unit_test(handles_that_are_held_or_missing_are_refused),
       cmocka_unit_test(a_handle_held_along_two_axes_gives_one_response),
       cmocka_unit_test(a_spin_stretches_a_slender_bar_as_it_should),
