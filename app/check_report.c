@@ -29,13 +29,13 @@ static const char *const FLAG_NAMES[] = {
 enum { FLAG_COUNT = sizeof ALL_FLAGS / sizeof *ALL_FLAGS };
 #define BENDING_CELLS 4.5 /* below, linear tetrahedra are worth a word */
 
-/* The number of a vertex in the file. */
-static int64_t file_number(const thrum_mesh *mesh, int32_t v) {
-  int64_t place = v;
+/* The place of a vertex in the file; -1: the file has it not. */
+static int64_t file_place(const thrum_mesh *mesh, int32_t v) {
   for (int64_t i = 0; mesh->file_vertex && i < mesh->file_vertex_count; i++)
     if (mesh->file_vertex[i] == v)
-      place = i;
-  return thrum_mesh_number(mesh, place);
+      return i;
+  return mesh->file_vertex || (mesh->file_vertex_count > 0 && v >= mesh->file_vertex_count) ? -1
+                                                                                            : v;
 }
 
 static void add_flags(cJSON *object, const thrum_mesh *mesh, const thrum_mesh_examined *e,
@@ -56,14 +56,18 @@ static void add_flags(cJSON *object, const thrum_mesh *mesh, const thrum_mesh_ex
   }
 }
 
-/* The numbers of the corners of element e in the file. */
+/* The numbers of the corners of element e in the file, of a part of one those that the file has. */
 static void add_vertices(cJSON *object, const thrum_mesh *mesh, int64_t e) {
   double numbers[THRUM_SOLID_NODES_MAX];
   const thrum_mesh_element element = thrum_mesh_element_at(mesh, e);
   const int corners = thrum_solid_shapes[thrum_solid_forms[element.form].kind].corners;
-  for (int k = 0; k < corners; k++)
-    numbers[k] = (double)file_number(mesh, element.nodes[k]);
-  json_numbers(object, "vertices", numbers, corners);
+  int count = 0;
+  for (int k = 0; k < corners; k++) {
+    const int64_t place = file_place(mesh, element.nodes[k]);
+    if (place >= 0)
+      numbers[count++] = (double)thrum_mesh_number(mesh, place);
+  }
+  json_numbers(object, "vertices", numbers, count);
 }
 
 static void add_lists(cJSON *object, const thrum_mesh *mesh, const thrum_mesh_examined *e) {
@@ -71,12 +75,13 @@ static void add_lists(cJSON *object, const thrum_mesh *mesh, const thrum_mesh_ex
   for (int b = 0; b < THRUM_EXAMINE_BINS; b++)
     cJSON_AddItemToArray(histogram, json_number_item((double)e->histogram[b]));
 
-  // elements are counted from 1, as in the table
+  // elements are those of the file, as in the table
   const bool solids = mesh->solid_count > 0;
   cJSON *worst = cJSON_AddArrayToObject(object, solids ? "worst_elements" : "worst_tets");
   for (int i = 0; i < THRUM_EXAMINE_WORST && e->worst[i] >= 0; i++) {
     cJSON *row = json_add_row(worst);
-    json_number(row, solids ? "element" : "tet", (double)(e->worst[i] + 1));
+    json_number(row, solids ? "element" : "tet",
+                (double)thrum_mesh_element_number(mesh, e->worst[i]));
     json_number(row, "ratio", e->worst_ratio[i]);
     add_vertices(row, mesh, e->worst[i]);
   }
@@ -176,9 +181,7 @@ static const report_line lines[] = {
     REPORT_LINE("quality", "{elements?scaled Jacobian|mean ratio} {ratio_mean:.3f} on average, "
                            "{ratio_min:.3f} at least"),
     REPORT_LINE("", "{from:.1f} to {to:.1f}: {tets}", .each = "bins"),
-    REPORT_LINE("worst",
-                "tet {tet}, mean ratio {ratio:.3f}, vertices {vertices.0} {vertices.1} "
-                "{vertices.2} {vertices.3}",
+    REPORT_LINE("worst", "tet {tet}, mean ratio {ratio:.3f}, vertices {vertices:.0f}",
                 .each = "worst_tets", .once = true),
     REPORT_LINE("worst", "element {element}, scaled Jacobian {ratio:.3f}, vertices {vertices:.0f}",
                 .each = "worst_elements", .once = true),

@@ -533,10 +533,9 @@ static const report_line body[] = {
     REPORT_LINE("box",
                 "[[{box_min_m.0:g}, {box_max_m.0:g}]] x [[{box_min_m.1:g}, {box_max_m.1:g}]] x "
                 "[[{box_min_m.2:g}, {box_max_m.2:g}]] m"),
-    REPORT_LINE(
-        "element quality",
-        "{solids?scaled Jacobian|mean ratio} {quality_min:.3f} at least "
-        "({solids?element|tetrahedron} {worst_tet}), {quality_mean:.3f} on average; 1 is regular"),
+    REPORT_LINE("element quality", "{solids?scaled Jacobian|mean ratio} {quality_min:.3f} at least "
+                                   "({solids?element|tetrahedron} {worst_tet} of the model), "
+                                   "{quality_mean:.3f} on average; 1 is regular"),
     REPORT_LINE("groups", "{groups_shown}", .when = "groups"),
 
     // what the strain energy is summed from: coefficients, or points and what they were trained on

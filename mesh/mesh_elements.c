@@ -12,6 +12,12 @@ int32_t thrum_mesh_element_region(const thrum_mesh *mesh, int64_t e) {
   return mesh->tet_region[mesh->solid_count == 0 ? e : thrum_mesh_solid_tet(mesh, e)];
 }
 
+int64_t thrum_mesh_element_number(const thrum_mesh *mesh, int64_t e) {
+  if (!mesh->tet_number)
+    return e + 1;
+  return mesh->tet_number[mesh->solid_count == 0 ? e : thrum_mesh_solid_tet(mesh, e)];
+}
+
 thrum_mesh_element thrum_mesh_element_at(const thrum_mesh *mesh, int64_t e) {
   thrum_mesh_element element = {.region = thrum_mesh_element_region(mesh, e)};
   if (mesh->solid_count == 0) {

@@ -19,6 +19,8 @@ int64_t thrum_mesh_element_count(const thrum_mesh *mesh);
 thrum_mesh_element thrum_mesh_element_at(const thrum_mesh *mesh, int64_t e);
 /* The region of element e. */
 int32_t thrum_mesh_element_region(const thrum_mesh *mesh, int64_t e);
+/* Its number in the file, or in the mesh, from 1; parts of one element of the file have one. */
+int64_t thrum_mesh_element_number(const thrum_mesh *mesh, int64_t e);
 /* How many elements there are of each form. */
 void thrum_mesh_count_forms(const thrum_mesh *mesh, int64_t counts[THRUM_FORMS]);
 

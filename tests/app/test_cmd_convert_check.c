@@ -173,6 +173,28 @@ static void a_model_by_name_is_checked_with_its_material(void **state) {
   cJSON_Delete(check);
 }
 
+/* Two thin wedges, each taken as three hexahedra, have the numbers of their file. */
+static void the_worst_elements_are_those_of_the_file(void **state) {
+  (void)state;
+  static const char deck[] =
+      "*NODE\n101,0,0,0\n102,1,0,0\n103,1,1,0\n104,0,1,0\n"
+      "105,0,0,0.1\n106,1,0,0.1\n107,1,1,0.1\n108,0,1,0.1\n"
+      "*ELEMENT, TYPE=C3D6\n21,101,102,103,105,106,107\n22,101,103,104,105,107,108\n";
+  assert_true(text_file_write(in_folder("wedges.inp"), deck));
+  cJSON *check = run_json(0, thrum_run(folder, "check", "wedges.inp", "--json", NULL));
+  int rows = 0;
+  const cJSON *row, *number;
+  cJSON_ArrayForEach(row, cJSON_GetObjectItem(check, "worst_elements")) {
+    const double element = json_value(row, "element");
+    assert_true(element == 21 || element == 22);
+    cJSON_ArrayForEach(number, cJSON_GetObjectItem(row, "vertices"))
+        assert_true(number->valuedouble >= 101 && number->valuedouble <= 108);
+    rows++;
+  }
+  assert_int_equal(rows, 5);
+  cJSON_Delete(check);
+}
+
 static void one_of_a_kind_is_said_in_the_singular(void **state) {
   (void)state;
   program_result run = thrum_run(folder, "check", "beam:1x1x1@1x1x1", NULL);
@@ -222,6 +244,7 @@ int main(void) {
       cmocka_unit_test(a_group_or_material_that_the_format_cannot_hold_is_warned_of),
       cmocka_unit_test(a_likely_mistake_is_flagged_with_exit_code_3),
       cmocka_unit_test(a_model_by_name_is_checked_with_its_material),
+      cmocka_unit_test(the_worst_elements_are_those_of_the_file),
       cmocka_unit_test(one_of_a_kind_is_said_in_the_singular),
       cmocka_unit_test(wrong_arguments_and_unknown_formats_are_refused),
   };
