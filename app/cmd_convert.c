@@ -16,7 +16,6 @@
 #include "mesh/formats/mesh_read.h"
 #include "mesh/formats/mesh_write.h"
 #include "mesh/mesh_elements.h"
-#include "platform/interrupt.h"
 
 typedef struct convert_request {
   const char *input, *output;
@@ -155,7 +154,6 @@ static int convert(const convert_request *request) {
 
   mesh_warnings_print(&mesh, path_basename(request->input),
                       strncmp(request->input, "beam:", 5) == 0 ? NULL : &request->reading);
-  thrum_interrupt_clean("\nthrum: stopped; the file being written was removed\n");
 
   // what the format cannot hold is a warning and no failure
   status = thrum_mesh_write(request->output, &mesh, &request->options, &lost, &error);

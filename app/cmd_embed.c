@@ -10,7 +10,6 @@
 #include "io/json.h"
 #include "io/paths.h"
 #include "io/report.h"
-#include "platform/interrupt.h"
 
 typedef struct embed_request {
   const char *model, *surface, *output;
@@ -106,7 +105,6 @@ int cmd_embed(int argc, char **argv) {
   THRUM_THEN(status, named_model_load(request.model, request.quiet, &model, NULL, &error));
   THRUM_THEN(status, embedded_surface_make(model, request.model, request.surface, request.scale,
                                            request.quiet, &embed, &error));
-  thrum_interrupt_clean("\nthrum: stopped; the file being written was removed\n");
 
   THRUM_THEN(status, thrum_embed_save(request.output, &embed.embedding, &error));
   if (status >= 0) {

@@ -23,7 +23,6 @@
 #include "mesh/surface_join.h"
 #include "mesh/surface_repair.h"
 #include "mesh/surface_sheet.h"
-#include "platform/interrupt.h"
 
 /* How far the volume of the mesh may be off that of the surface. */
 #define VOLUME_TOLERANCE 1e-6
@@ -182,8 +181,10 @@ static void warn_repairs(const mesh_work *work, const char *name) {
 
 /* Reads, checks and mends the surface; vertices that are there several times are joined if it is
  * open. */
-static thrum_status read_surface(const mesh_request *request, mesh_work *work, thrum_error *error) {
+static thrum_status read_surface(const mesh_request *request, mesh_work *work,
+                                 config_progress *progress, thrum_error *error) {
   int64_t joined = 0;
+  config_progress_update(progress, "reading the surface", 0);
   THRUM_TRY(thrum_surface_mesh_read(request->surface, request->scale, &work->surface, error));
   THRUM_TRY(thrum_surface_check(&work->surface, &work->checked, error));
 
@@ -195,6 +196,7 @@ static thrum_status read_surface(const mesh_request *request, mesh_work *work, t
   THRUM_TRY(repair_surface(request->surface, work, error));
   THRUM_TRY(thrum_surface_meshable(&work->surface, &work->checked, request->surface, error));
   THRUM_TRY(check_size(request, work, error));
+  config_progress_end(progress, true);
 
   // defects that do not keep the mesher from its work
   const char *name = path_basename(request->surface);
@@ -209,8 +211,8 @@ static thrum_status read_surface(const mesh_request *request, mesh_work *work, t
 
 /* Runs the tool that was chosen. Where the user chose none and the first one cannot mesh the
  * surface, the other one is tried. */
-static thrum_status run_tool(const mesh_request *request, mesh_work *work, thrum_error *error) {
-  config_progress progress = config_progress_make(request->quiet);
+static thrum_status run_tool(const mesh_request *request, mesh_work *work,
+                             config_progress *progress, thrum_error *error) {
   thrum_status status =
       mesh_tool_choose((mesh_tool)request->tool, work->checked.shells, &work->tool, error);
   for (int n = 0; n < 2 && status >= 0; n++) {
@@ -223,9 +225,9 @@ static thrum_status run_tool(const mesh_request *request, mesh_work *work, thrum
 
     char label[64];
     snprintf(label, sizeof label, "meshing with %s", mesh_tool_names[work->tool]);
-    config_progress_update(&progress, label, 0);
+    config_progress_update(progress, label, 0);
     status = mesh_tool_run(&job, &work->surface, &work->mesh, error);
-    config_progress_end(&progress, status >= 0);
+    config_progress_end(progress, status >= 0);
     if (status >= 0)
       return status;
 
@@ -286,31 +288,33 @@ static void print_results(const mesh_request *request, const mesh_work *work) {
 }
 
 /* The sheet of an open or closed surface. */
-static thrum_status make_sheet(const mesh_request *request, mesh_work *work, thrum_error *error) {
+static thrum_status make_sheet(const mesh_request *request, mesh_work *work,
+                               config_progress *progress, thrum_error *error) {
   int64_t joined = 0;
+  config_progress_update(progress, "reading the surface", 0);
   const thrum_sheet_options options = {request->thickness,
                                        request->layers > 0 ? request->layers : 1,
                                        (thrum_sheet_side)(request->side > 0 ? request->side : 0)};
   THRUM_TRY(thrum_surface_mesh_read(request->surface, request->scale, &work->surface, error));
   THRUM_TRY(thrum_surface_join(&work->surface, &joined, error));
   THRUM_TRY(thrum_surface_check(&work->surface, &work->checked, error));
+  config_progress_update(progress, "making the sheet", 0);
   THRUM_TRY(thrum_surface_sheet(&work->surface, &options, request->surface, &work->mesh, error));
   return thrum_mesh_clean(&work->mesh, request->surface, 1, error);
 }
 
 /* The body of a geometry, which says its unit itself. */
 static thrum_status mesh_geometry(const mesh_request *request, mesh_work *work,
-                                  thrum_error *error) {
-  config_progress progress = config_progress_make(request->quiet);
+                                  config_progress *progress, thrum_error *error) {
   const mesh_tool_job job = {.path = request->surface,
                              .size = request->size / request->scale,
                              .verbose = request->verbose};
   bool straight = false;
   work->tool = MESH_TOOL_GMSH;
-  config_progress_update(&progress, "meshing with gmsh", 0);
+  config_progress_update(progress, "meshing with gmsh", 0);
   const thrum_status status =
       mesh_tool_geometry(&job, request->order == 1 ? 1 : 2, &work->mesh, &straight, error);
-  config_progress_end(&progress, status >= 0);
+  config_progress_end(progress, status >= 0);
   THRUM_TRY(status);
   if (straight)
     config_warn("%s: middle nodes lie on straight edges, as on the geometry elements would turn "
@@ -321,26 +325,30 @@ static thrum_status mesh_geometry(const mesh_request *request, mesh_work *work,
   return THRUM_OK;
 }
 
-static thrum_status fill_surface(const mesh_request *request, mesh_work *work, thrum_error *error) {
-  THRUM_TRY(read_surface(request, work, error));
-  THRUM_TRY(run_tool(request, work, error));
+static thrum_status fill_surface(const mesh_request *request, mesh_work *work,
+                                 config_progress *progress, thrum_error *error) {
+  THRUM_TRY(read_surface(request, work, progress, error));
+  THRUM_TRY(run_tool(request, work, progress, error));
   return request->order == 2 ? thrum_midsides_add(&work->mesh, error) : THRUM_OK;
 }
 
-static thrum_status make_mesh(const mesh_request *request, mesh_work *work, thrum_error *error) {
+static thrum_status make_mesh(const mesh_request *request, mesh_work *work,
+                              config_progress *progress, thrum_error *error) {
   const thrum_mesh_write_options options = {0};
   thrum_mesh_lost lost = {0};
   THRUM_TRY(path_check_output(request->output, error));
   const bool geometry = mesh_tool_is_geometry(request->surface);
   if (geometry)
-    THRUM_TRY(mesh_geometry(request, work, error));
+    THRUM_TRY(mesh_geometry(request, work, progress, error));
   else if (request->thickness > 0)
-    THRUM_TRY(make_sheet(request, work, error));
+    THRUM_TRY(make_sheet(request, work, progress, error));
   else
-    THRUM_TRY(fill_surface(request, work, error));
+    THRUM_TRY(fill_surface(request, work, progress, error));
 
   // the mesh is examined before it is written, and written even if it has defects
+  config_progress_update(progress, "looking at the mesh", 0);
   THRUM_TRY(thrum_mesh_examine(&work->mesh, &work->examined, error));
+  config_progress_end(progress, true);
   work->flags = thrum_mesh_flags(&work->mesh, &work->examined);
   // a surface's unit is asked for by itself
   work->flags &= ~(unsigned)THRUM_EXAMINE_UNITS;
@@ -348,7 +356,7 @@ static thrum_status make_mesh(const mesh_request *request, mesh_work *work, thru
     warn_volume(request, work);
   if (!geometry)
     warn_unit(request, work);
-  thrum_interrupt_clean("\nthrum: stopped; the file being written was removed\n");
+  config_progress_update(progress, "writing", 0);
   return thrum_mesh_write(request->output, &work->mesh, &options, &lost, error);
 }
 
@@ -359,7 +367,9 @@ int cmd_mesh(int argc, char **argv) {
   // a mesh with defects is written and flagged
   thrum_error error = {0};
   mesh_work work = {.tool = MESH_TOOL_NONE};
-  const thrum_status status = make_mesh(&request, &work, &error);
+  config_progress progress = config_progress_make(request.quiet);
+  const thrum_status status = make_mesh(&request, &work, &progress, &error);
+  config_progress_end(&progress, status >= 0);
   const bool flagged = work.flags != 0 || work.other_volume;
   if (status >= 0)
     print_results(&request, &work);

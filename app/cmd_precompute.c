@@ -28,10 +28,9 @@ static int run_request(precompute_request *request, char *const *argv) {
   thrum_status status = model_recipe_find(request->mesh_name, &recipe, &error);
   if (status >= 0 && recipe.found)
     model_recipe_apply(&recipe, request);
-  thrum_interrupt_clean(request->keep_runs != NULL
-                            ? "\nthrum: stopped; no model was written, and the same command goes "
-                              "on with the runs that are kept\n"
-                            : "\nthrum: stopped; nothing was written\n");
+  if (request->keep_runs != NULL)
+    thrum_interrupt_clean("\nthrum: stopped; no model was written, and the same command goes on "
+                          "with the runs that are kept\n");
 
   if (status >= 0 && precompute_cubic_is_named(request->mesh_name)) {
     status = precompute_cubic_make(request, &error);

@@ -661,11 +661,9 @@ int cmd_tradeoff(int argc, char **argv) {
   int code = scope.status < 0 ? config_refuse(&error) : tradeoff_options_read(argc, argv, &request);
   if (code == COMMAND_DONE) {
     trade t = {.request = &request, .words = argv, .chosen = -1};
-    thrum_interrupt_clean(
-        request.keep_runs != NULL
-            ? "\nthrum: stopped; nothing was written, and the same command goes on "
-              "with the runs that are kept\n"
-            : "\nthrum: stopped; nothing was written\n");
+    if (request.keep_runs != NULL)
+      thrum_interrupt_clean("\nthrum: stopped; nothing was written, and the same command goes on "
+                            "with the runs that are kept\n");
     const bool one = request.jobs.list || request.jobs.number > 0;
     thrum_status status = prepare(&t, &error);
     THRUM_THEN(status, one ? run_job(&t, argv, &error) : run_trade(&t, &error));

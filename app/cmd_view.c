@@ -23,7 +23,6 @@
 #include "mesh/formats/mesh_read.h"
 #include "mesh/formats/surface_read.h"
 #include "platform/folder_swap.h"
-#include "platform/interrupt.h"
 #include "platform/program.h"
 
 #define DEFAULT_OUTPUT "thrum_view.html"
@@ -254,6 +253,5 @@ int cmd_view(int argc, char **argv) {
   view_request request = {.fps = FPS_DEFAULT};
   CONFIG_TRY(read_options(argc, argv, &request));
   thrum_error error = {0};
-  thrum_interrupt_clean("\nthrum: stopped; the file being written was removed\n");
   return show_page(&request, &error) < 0 ? config_refuse(&error) : COMMAND_DONE;
 }

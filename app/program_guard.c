@@ -49,6 +49,9 @@ bool program_guard_begin(char **argv) {
   if (!fill_standard_streams())
     return false;
   address_space_begin(argv);
+
+  // commands that leave something say another line
+  thrum_interrupt_clean("\nthrum: stopped; nothing was written\n");
   json_watch_memory();
   if (atexit(note_exit) != 0) {
     fputs("thrum: out of memory\n", stderr);

@@ -100,8 +100,8 @@ static thrum_status change(const precompute_request *request, element_order_hold
 }
 
 thrum_status element_order_choose(const precompute_request *request, bool read,
-                                  element_order_hold *hold, thrum_mesh *mesh, uint8_t **fixed,
-                                  element_order *order, thrum_error *error) {
+                                  element_order_hold *hold, config_progress *bar, thrum_mesh *mesh,
+                                  uint8_t **fixed, element_order *order, thrum_error *error) {
   *order = (element_order){.by = ELEMENT_ORDER_AUTO};
   if (request->reading.order > 0)
     order->by = request->order_of_recipe ? ELEMENT_ORDER_RECIPE : ELEMENT_ORDER_USER;
@@ -116,7 +116,9 @@ thrum_status element_order_choose(const precompute_request *request, bool read,
              "of more than %d tetrahedra ten nodes are made where they are asked for", TETS_MAX);
     return THRUM_OK;
   }
+  config_progress_update(bar, "four nodes or ten", 0);
   THRUM_TRY(estimate(request, mesh, *fixed, order, error));
+  config_progress_update(bar, "four nodes or ten", 0.5);
   if (!(locking_most(order->errors, order->error_count) > LOCKING_TOLD))
     return THRUM_OK;
 

@@ -5,6 +5,7 @@
 
 #include <cjson/cJSON.h>
 
+#include "config/progress.h"
 #include "driver/make/precompute_request.h"
 
 /* Who chose it. */
@@ -38,11 +39,11 @@ typedef thrum_status element_order_hold(const precompute_request *request, const
 
 /* Chooses the order: where it is left to auto and the mesh is linear, its error is estimated, and
  * beyond 1 % of a frequency the mesh gets its middle nodes and `hold` is called again, if a model
- * of them fits into the memory and does not take too long. `read`: it was read from a file, and is
- * not that of a model. */
+ * of them fits into the memory and does not take too long; the bar shows that it goes on. `read`:
+ * it was read from a file, and is not that of a model. */
 thrum_status element_order_choose(const precompute_request *request, bool read,
-                                  element_order_hold *hold, thrum_mesh *mesh, uint8_t **fixed,
-                                  element_order *order, thrum_error *error);
+                                  element_order_hold *hold, config_progress *bar, thrum_mesh *mesh,
+                                  uint8_t **fixed, element_order *order, thrum_error *error);
 
 /* By how much the first frequencies are too high, omega2 of `modes` of them, by those of a mesh
  * four times as fine, or twice where that has more than 8,000 vertices: the error falls with the

@@ -661,8 +661,12 @@ thrum_status precompute_make(const precompute_request *request, precompute_show 
   // linear elements that lock may get their middle nodes, in which handles share too
   const bool read = !mesh_of_model_is_named(request->mesh_name);
   const int64_t vertices = mesh.vertex_count;
-  THRUM_THEN(status, element_order_choose(&found, read, hold_vertices, &mesh, &fixed,
+  precompute_progress progress = {.bar = config_progress_make(request->quiet),
+                                  .basis = "",
+                                  .cubature = request->options.cubature};
+  THRUM_THEN(status, element_order_choose(&found, read, hold_vertices, &progress.bar, &mesh, &fixed,
                                           &outcome.order, error));
+  config_progress_end(&progress.bar, status >= 0);
   THRUM_THEN(status, share_springs(request, vertices, &mesh, error));
   THRUM_THEN(status, check_quadrature(request, &mesh, error));
   if (status >= 0) {
@@ -681,9 +685,6 @@ thrum_status precompute_make(const precompute_request *request, precompute_show 
 
   // a dry run stops at the estimate
   outcome.seconds_mesh = clock_seconds() - began;
-  precompute_progress progress = {.bar = config_progress_make(request->quiet),
-                                  .basis = "",
-                                  .cubature = request->options.cubature};
   precompute_task task = {&found, &mesh, fixed, found.options, &progress};
   task.options.progress = precompute_progress_show;
   task.options.progress_context = &progress;

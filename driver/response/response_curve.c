@@ -276,8 +276,6 @@ static int64_t phases_of(const response_curve *c) {
 /* The waves at those samples and at the phases, and room for the series of all targets. */
 static thrum_status make_waves(response_curve *c, thrum_error *error) {
   const int64_t n = samples_of(c), phases = phases_of(c), width = wave_width(c);
-  free(c->waves);
-  c->waves = NULL;
   THRUM_TRY(thrum_reserve(&c->waves, (n + phases + 3 * c->target_count + c->shape->rank) * width,
                           sizeof *c->waves, "the phases", error));
   for (int64_t s = 0; s < n + phases; s++)
@@ -522,6 +520,10 @@ static thrum_status follow(response_curve *c, bool stability, thrum_error *error
   }
   c->seconds += clock_seconds() - began;
   free(workspace);
+
+  // what is seen is seen: a pass that gives way to the one before it leaves no room of its own
+  free(c->waves);
+  c->waves = c->series = NULL;
   free(start);
   if (status >= 0 && c->failure.status < 0 && error != NULL)
     *error = c->failure;

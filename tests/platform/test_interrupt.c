@@ -223,6 +223,49 @@ static void a_signal_beside_the_mesh_leaves_the_run(void **state) {
   free(text);
 }
 
+/* A command that has no line of its own says the same. */
+static void a_signal_while_a_sheet_is_made_leaves_no_file(void **state) {
+  (void)state;
+  enum { CELLS = 200 };
+  char surface[160], output[160];
+  snprintf(surface, sizeof surface, "%s/roof.obj", folder);
+  snprintf(output, sizeof output, "%s/roof.vtu", folder);
+  FILE *file = fopen(surface, "w");
+  assert_non_null(file);
+  for (int n = 0; n < (CELLS + 1) * (CELLS + 1); n++)
+    fprintf(file, "v %d %d 0\n", n / (CELLS + 1), n % (CELLS + 1));
+  for (int n = 0; n < CELLS * CELLS; n++) {
+    const int first = n / CELLS * (CELLS + 1) + n % CELLS + 1;
+    fprintf(file, "f %d %d %d %d\n", first, first + CELLS + 1, first + CELLS + 2, first + 1);
+  }
+  assert_int_equal(fclose(file), 0);
+  const char *const arguments[] = {"mesh", surface, "-o", output, "--thickness", "0.1", NULL};
+  const int status = stop_program(arguments, "making the sheet", "stopped; nothing was written");
+  assert_true(WIFSIGNALED(status) && WTERMSIG(status) == SIGINT);
+  assert_int_equal(access(output, F_OK), -1);
+  unlink(surface);
+}
+
+/* A curve that is stopped when it is followed again, for its stability, is that of the first time.
+ */
+static void a_signal_in_the_second_pass_of_a_curve_keeps_the_first(void **state) {
+  (void)state;
+  char model[160], output[160];
+  snprintf(model, sizeof model, "%s/curve.npz", folder);
+  snprintf(output, sizeof output, "%s/curve", folder);
+  program_result made =
+      thrum_run(folder, "precompute", "beam:8x2x2@1x0.2x0.2", "--order", "1", "--fix", "left",
+                "--modes", "3", "--rank", "9", "-o", model, NULL);
+  assert_int_equal(made.exit_code, 0);
+  program_result_free(&made);
+  const char *const arguments[] = {"response", model,        "--mode",      "1",   "--amplitude",
+                                   "0.3",      "--no-check", "--stability", "off", "--step",
+                                   "2e-5",     "-o",         output,        NULL};
+  const int status = stop_program(arguments, "curve, 9 harmonics", "what was found is kept");
+  assert_true(WIFEXITED(status));
+  assert_int_equal(WEXITSTATUS(status), 3);
+}
+
 static void end_with_seven(void *context) {
   _exit(*(int *)context);
 }
@@ -264,6 +307,8 @@ int main(void) {
       cmocka_unit_test(a_new_folder_goes_while_it_is_empty),
       cmocka_unit_test(a_signal_while_a_file_is_written_leaves_the_old_one_alone),
       cmocka_unit_test(a_signal_in_a_stage_leaves_no_file),
+      cmocka_unit_test(a_signal_while_a_sheet_is_made_leaves_no_file),
+      cmocka_unit_test(a_signal_in_the_second_pass_of_a_curve_keeps_the_first),
       cmocka_unit_test(a_long_call_is_not_waited_for_where_there_is_another_way_to_end),
       cmocka_unit_test(a_signal_in_a_search_leaves_no_file),
       cmocka_unit_test(a_signal_beside_the_mesh_leaves_the_run),
