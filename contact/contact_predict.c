@@ -8,12 +8,15 @@
  * adds h^2/2 s_i f_i. On the manifold of a condensed model the mass is that of design 17, a matrix,
  * of which a load is answered by the diagonal of the inverse (thrum_manifold_predict). Exact for a
  * linear body at rest damping with all but Stoermer-Verlet's damping; what a step leaves of it, its
- * end is measured for. Cost: one force evaluation.
+ * end is measured for. Cost: one force evaluation, unless the step before has left R at the start
+ * (thrum_scheme_row.start).
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include "core/base/fp_contract.h"
 
 #include "contact/contact_predict.h"
+
+#include <string.h>
 
 #include "core/base/finite.h"
 #include "core/polynomial/polynomial_private.h"
@@ -35,8 +38,7 @@ static thrum_mode_answer answer_of(const thrum_model *model, const thrum_state *
 
 /* Fills the displacement over the step without contact, and the answer to a unit mean load, with
  * the stiffness at rest. */
-static void fill_unloaded(const thrum_contact_run *run, const double *momentum,
-                          const double *force) {
+static void fill_unloaded(const thrum_contact_run *run, const thrum_known_start *start) {
   const thrum_state *state = run->state;
   const thrum_scheme_row *row = thrum_row_of(state);
   const int32_t own = row->own_modes ? row->own_modes(run->model, state) : 0;
@@ -52,7 +54,8 @@ static void fill_unloaded(const thrum_contact_run *run, const double *momentum,
     const double load = run->environment->load ? run->environment->load[i] : 0.0;
     const double pushed = by.load * h * h;
     view->weights[i] = pushed * scale;
-    view->unloaded[i] = scale * (by.momentum * h * momentum[i] + pushed * (load - force[i]));
+    view->unloaded[i] = start->q[i] - view->q[i] +
+                        scale * (by.momentum * h * start->p[i] + pushed * (load - start->force[i]));
   }
 }
 
@@ -67,40 +70,56 @@ static void add_rotation_force(const thrum_contact_run *run, const thrum_state_v
     view->force[i] -= view->direction[i];
 }
 
+/* R at the start of the step, where no scheme has kept it. */
+static void evaluate(const thrum_contact_run *run, const thrum_model *model,
+                     thrum_state_view *view) {
+  const thrum_state *state = run->state;
+
+  // synchronising has evaluated R of the explicit modes only, less kappa q in the quadratic split
+  const bool plain = state->scheme == THRUM_SCHEME_QUADRATIC && state->split < state->rank;
+  if (plain || thrum_staggered_modes(state) < state->rank)
+    thrum_internal_force_by(view->kernel, model, view->q, view->force, view->work);
+  add_rotation_force(run, view);
+}
+
+/* Fills how the body moves in the step without contact. */
+static void fill_step(const thrum_contact_run *run, const thrum_model *model,
+                      thrum_state_view *view) {
+  const thrum_scheme_row *row = thrum_row_of(run->state);
+  thrum_known_start start;
+  if (row->start && !run->environment->inertia && row->start(run->state, view, &start)) {
+    fill_unloaded(run, &start);
+    return;
+  }
+  evaluate(run, model, view);
+  start =
+      (thrum_known_start){run->view.q, row->velocity_by_dt ? view->p : run->view.p, view->force};
+
+  // on a manifold the mass is that of the slaves as well
+  if (run->state->scheme != THRUM_SCHEME_MANIFOLD ||
+      !thrum_manifold_predict(run->model, run->state, view, run->environment->load,
+                              run->view.unloaded, run->view.weights))
+    fill_unloaded(run, &start);
+}
+
 thrum_status thrum_contact_predict(thrum_contact_run *run, thrum_error *error) {
   thrum_state *state = run->state;
-  const int32_t r = state->rank;
+  const size_t vector = (size_t)state->rank * sizeof(double);
   thrum_state_view view = thrum_state_view_of(state);
   thrum_model seen;
   const thrum_model *model = thrum_seen_model(run->model, state, &seen);
 
   // momenta at the start of the step; a staggered state keeps them half a step away
-  const thrum_status synchronised = thrum_staggered_synchronise(model, state, &view, NULL);
-  if (synchronised == THRUM_OK) {
-
-    // synchronising has evaluated R of the explicit modes only, less kappa q in the quadratic split
-    const bool plain = state->scheme == THRUM_SCHEME_QUADRATIC && state->split < r;
-    if (plain || thrum_staggered_modes(state) < r)
-      thrum_internal_force_by(view.kernel, model, view.q, view.force, view.work);
-
-    for (int32_t i = 0; i < r; i++) {
-      run->view.q[i] = view.q[i];
-      run->view.p[i] = view.p_next[i];
-    }
-    add_rotation_force(run, &view);
-    // on a manifold the mass is that of the slaves as well
-    const bool own = thrum_row_of(state)->velocity_by_dt;
-    if (state->scheme != THRUM_SCHEME_MANIFOLD ||
-        !thrum_manifold_predict(run->model, state, &view, run->environment->load,
-                                run->view.unloaded, run->view.weights))
-      fill_unloaded(run, own ? view.p : run->view.p, view.force);
-  }
-  if (synchronised != THRUM_OK)
+  if (thrum_staggered_synchronise(model, state, &view, NULL) != THRUM_OK)
     return thrum_error_set(error, THRUM_SINGULAR,
                            "the tangent damping cannot be solved for at this state");
+  memcpy(run->view.q, view.q, vector);
+  memcpy(run->view.p, view.p_next, vector);
+  fill_step(run, model, &view);
 
   // a prediction beyond the numbers would spoil the state
-  if (!thrum_all_finite(run->view.p, r) || !thrum_all_finite(run->view.unloaded, r))
+  if (!thrum_all_finite(run->view.p, state->rank) ||
+      !thrum_all_finite(run->view.unloaded, state->rank))
     return thrum_error_set(error, THRUM_NOT_FINITE,
                            "the forces at this state are beyond the range of finite numbers");
   return THRUM_OK;

@@ -281,6 +281,14 @@ static bool problem(const thrum_model *model, const thrum_state *state, thrum_st
   return true;
 }
 
+static bool known_start(const thrum_state *state, const thrum_state_view *view,
+                        thrum_known_start *start) {
+  *start = state->carried
+               ? (thrum_known_start){view->q_corrected, view->p_corrected, view->force_now}
+               : (thrum_known_start){view->q, view->p, view->force_now};
+  return state->potential_step == state->report.steps;
+}
+
 /* Damping acts on the velocity N d / h. */
 static thrum_damped_part damped(const thrum_model *model, const thrum_state *state,
                                 const thrum_state_view *view, int32_t i) {
@@ -311,4 +319,5 @@ const thrum_scheme_row thrum_energy_scheme = {
     .problem = problem,
     .own_modes = matched_modes,
     .damped = damped,
+    .start = known_start,
 };

@@ -22,6 +22,11 @@ enum { THRUM_SCHEMES = 0 THRUM_SCHEME_LIST(THRUM_ONE_MORE) };
 
 /* A scheme. Members that are NULL, false or 0 are as those of the step of design 5: momenta of the
  * first modes half a step before q, all of the increment damped, no solve to be continued. */
+/* The start of a step, and R there: vectors of the state. */
+typedef struct thrum_known_start {
+  const double *q, *p, *force;
+} thrum_known_start;
+
 typedef struct thrum_scheme_row {
   thrum_scheme scheme;
 
@@ -71,6 +76,10 @@ typedef struct thrum_scheme_row {
    * NULL: explicit below the split, by the midpoint rule from it on. */
   thrum_mode_answer (*answer)(const thrum_model *model, const thrum_state *state, int32_t own,
                               int32_t i);
+
+  /* Where the next step starts and R there, which the last one has left, unless its load jumps;
+   * false where they are not known. NULL: they never are. */
+  bool (*start)(const thrum_state *state, const thrum_state_view *view, thrum_known_start *start);
 
   /* Kinetic energy beyond that of p [J]. */
   double (*kinetic)(const thrum_model *model, const double *q, const double *p);
