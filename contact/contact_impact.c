@@ -23,6 +23,7 @@
 
 #include "contact/contact_impact_private.h"
 #include "contact/contact_pairs_rows.h"
+#include "contact/contact_rows.h"
 #include "core/state/state_layout.h"
 #include "runtime/frames/rigid_frame_private.h"
 
@@ -532,6 +533,15 @@ static void pass_all(const thrum_impact_rows *rows, double time) {
       pass(rows->runs + n, time);
 }
 
+/* Gives a row to all that wait without one, and may bear; returns whether there was any. */
+static bool wake(const thrum_impact_rows *rows) {
+  bool any = rows->pairs != NULL && thrum_pairs_wake(rows->pairs, true) > 0;
+  for (int64_t n = 0; n < rows->count; n++)
+    if (rows->pairs == NULL || thrum_pairs_steps(rows->pairs, n))
+      any = thrum_contact_wake(rows->runs + n, true) || any;
+  return any;
+}
+
 bool thrum_contact_strike(const thrum_impact_rows *rows) {
   double fastest;
   open_bodies(rows);
@@ -539,8 +549,7 @@ bool thrum_contact_strike(const thrum_impact_rows *rows) {
   if (!(first < INFINITY))
     return false;
 
-  // what has no row yet may bear
-  if (rows->pairs != NULL && thrum_pairs_wake(rows->pairs, true) > 0)
+  if (wake(rows))
     first = mark_strikes(rows, &fastest);
   const double time = rows->early ? 0.0 : first;
 

@@ -351,10 +351,19 @@ static void solve_rows(thrum_pairs_run *run) {
   }
 }
 
-/* The same, until no candidate closes that has no row: at last all have one. */
+/* Gives rows to what waits and closes, or to all of it; returns whether there was any. */
+static bool wake(thrum_pairs_run *run, bool all) {
+  bool any = thrum_pairs_wake(run, all) > 0;
+  for (int64_t n = 0; n < run->count; n++)
+    if (thrum_pairs_steps(run, n))
+      any = thrum_contact_wake(run->view.runs + n, all) || any;
+  return any;
+}
+
+/* The same, until nothing closes that has no row: at last all have one. */
 static void solve(thrum_pairs_run *run) {
   solve_rows(run);
-  for (int n = 1; !run->closing && thrum_pairs_wake(run, n == WAKES_MAX) > 0; n++)
+  for (int n = 1; !run->closing && wake(run, n == WAKES_MAX); n++)
     solve_rows(run);
 }
 
@@ -529,7 +538,7 @@ static void again(thrum_pairs_run *run, int attempt) {
   const bool spun = has_spun(run);
   run->history->redone++;
   run->again = true;
-  thrum_pairs_wake(run, true);
+  wake(run, true);
 
   // each body goes back, and its own touches ask for as much less as the pairs do
   for (int64_t n = 0; n < run->count; n++) {

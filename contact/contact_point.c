@@ -175,6 +175,12 @@ void thrum_point_unloaded(const thrum_contact_run *run, const double *rows, cons
   add_whole(run->unloaded, run->unloaded_turn, lever, out);
 }
 
+void thrum_point_sought(const thrum_contact_run *run, const double *rows, const double lever[3],
+                        double out[3]) {
+  thrum_point_shape(run, rows, run->view.sought, out);
+  add_whole(run->sought, run->sought_turn, lever, out);
+}
+
 void thrum_point_motion(const thrum_contact_run *run, const double *rows, const double arm[3],
                         const double lever[3], double velocity[3], double out[3]) {
   static const double zero[3] = {0.0, 0.0, 0.0};

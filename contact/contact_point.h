@@ -30,6 +30,10 @@ void thrum_point_way(const thrum_contact_run *run, const double *rows, const dou
 void thrum_point_shift(const thrum_contact_run *run, const double *rows, const double rest[3],
                        const double x[3], double shift[3]);
 
+/* Its displacement over the step as a search has it [m]. */
+void thrum_point_sought(const thrum_contact_run *run, const double *rows, const double lever[3],
+                        double out[3]);
+
 /* Lever arms of a point at x [m]: at the start of the step, and halfway through it. */
 void thrum_point_lever(const thrum_contact_run *run, const double x[3], double arm[3],
                        double lever[3]);

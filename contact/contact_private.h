@@ -186,6 +186,9 @@ typedef struct thrum_contact_run {
   thrum_contact_view view;
   double dt;
   bool linked;               /* to another body or to the world */
+  bool foresees;             /* a search goes by other displacements than those without contact */
+  bool all;                  /* no point waits without a row */
+  int64_t waiting;           /* points that do, as rows from the end on (contact_rows.c) */
   double axes[9], origin[3]; /* of the placement, the translation included in the origin */
   double settling;           /* 1 / omega_1 of the body, 0 for what has no shape [s] */
   double mass_weight;        /* h^2/2 over the mass, 0 for a body that is held [m/N] */

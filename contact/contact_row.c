@@ -48,7 +48,8 @@ void thrum_contact_row_approach(thrum_contact_row *row, double h, double settlin
 
   // an approach lasts until the point moves away, and keeps its largest speed
   if (speed < 0.0) {
-    const double impact = -speed > thrum_contact_resting(gained, h, settling) ? -speed : 0.0;
+    const double way = thrum_dot3(unloaded, touch->normal);
+    const double impact = thrum_contact_strikes(speed, way, h, settling) ? -speed : 0.0;
     touch->approach = touch->towards ? fmax(touch->approach, impact) : impact;
     touch->towards = 1;
   } else if (speed > 0.0) {

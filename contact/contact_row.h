@@ -43,6 +43,12 @@ static inline double thrum_contact_resting(double gained, double h, double settl
   return THRUM_RESTING * gained * fmax(settling / h, 1.0);
 }
 
+/* Is an approach at `speed` along the normal an impact, where a step without contact moves by `way`
+ * along it? */
+static inline bool thrum_contact_strikes(double speed, double way, double h, double settling) {
+  return -speed > thrum_contact_resting(2.0 * (speed - way / h), h, settling);
+}
+
 /* Solves the row for its forces, as those of all other rows are. at: displacement of the point
  * relative to what it touches, as predicted now [m]; overwritten. change: of its force [N]. */
 void thrum_contact_row_solve(thrum_contact_row *row, double at[3], double change[3]);

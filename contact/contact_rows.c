@@ -33,7 +33,7 @@ typedef struct moving_point {
   double arm[3];      /* about the centre of mass [m] */
   double lever[3];    /* about halfway [m] */
   double unloaded[3]; /* displacement without contact and pulls [m] */
-  double likely[3];   /* with the pulls alone [m] */
+  double likely[3];   /* as a search has it, by the pulls or the forces of the last step [m] */
 } moving_point;
 
 static const double *rest_of(const thrum_contact_run *run, int64_t point) {
@@ -46,8 +46,8 @@ static moving_point point_of(const thrum_contact_run *run, int64_t point) {
   thrum_point_shift(run, made.rows, rest_of(run, point), made.start, made.shift);
   thrum_point_lever(run, made.start, made.arm, made.lever);
   thrum_point_unloaded(run, made.rows, made.lever, made.unloaded);
-  if (run->contact->pull_count > 0)
-    thrum_point_moved(run, made.rows, made.lever, run->view.moved, made.likely);
+  if (run->foresees)
+    thrum_point_sought(run, made.rows, made.lever, made.likely);
   else
     memcpy(made.likely, made.unloaded, sizeof made.unloaded);
   return made;
@@ -117,7 +117,6 @@ static void fill_row(const thrum_contact_run *run, const moving_point *point,
   const double pressure = pressure_of(run, obstacle);
 
   // how the point answers to a force
-  memcpy(row->lever, point->lever, sizeof row->lever);
   thrum_point_response(run, point->rows, row->lever, row->response);
   thrum_contact_row_respond(row);
 
@@ -144,7 +143,6 @@ static void fill_row(const thrum_contact_run *run, const moving_point *point,
   double velocity[3], unloaded[3];
   thrum_point_velocity(run, point->rows, point->arm, velocity);
   for (int axis = 0; axis < 3; axis++) {
-    row->drift[axis] = h * obstacle->velocity[axis];
     velocity[axis] -= obstacle->velocity[axis];
     unloaded[axis] = point->unloaded[axis] - row->drift[axis];
   }
@@ -172,37 +170,67 @@ static bool enters(const thrum_contact_run *run, const thrum_obstacle *obstacle,
   return thrum_obstacle_face_gap(obstacle, face, end, unused) < 0.0;
 }
 
+/* May a point that is outside now and that the forces of the last step keep there wait without a
+ * row? One that touched may not, nor may one that could strike. */
+static bool may_wait(const thrum_contact_run *run, const thrum_obstacle *obstacle,
+                     const moving_point *point, const double normal[3]) {
+  if (run->all || run->impact.struck || !(obstacle->restitution < 1.0))
+    return false;
+  double velocity[3], way[3];
+  thrum_point_velocity(run, point->rows, point->arm, velocity);
+  thrum_subtract3(velocity, obstacle->velocity, velocity);
+  for (int axis = 0; axis < 3; axis++)
+    way[axis] = point->unloaded[axis] - run->dt * obstacle->velocity[axis];
+  return !thrum_contact_strikes(thrum_dot3(velocity, normal), thrum_dot3(way, normal), run->dt,
+                                run->settling);
+}
+
+/* A row of a point and a face, without its law. */
+static void begin_row(const thrum_contact_run *run, const moving_point *point,
+                      const thrum_touching *touch, double gap, thrum_contact_row *row) {
+  const thrum_obstacle *obstacle = run->environment->obstacles + touch->obstacle;
+  memset(row, 0, sizeof *row);
+  row->touch = *touch;
+  row->gap = gap + thrum_dot3(touch->normal, point->shift);
+  memcpy(row->lever, point->lever, sizeof row->lever);
+  for (int axis = 0; axis < 3; axis++)
+    row->drift[axis] = run->dt * obstacle->velocity[axis];
+}
+
 /* Adds the row of a point and a face where it may touch in this step. */
 static void try_face(thrum_contact_run *run, const moving_point *point, int32_t index,
                      int32_t number, int32_t face, int64_t *from) {
   const thrum_obstacle *obstacle = run->environment->obstacles + number;
   thrum_contact *contact = run->contact;
-  double normal[3], way[3], at[3];
+  thrum_touching touch = {.point = index, .obstacle = number, .face = face};
+  double way[3], other[3], at[3];
 
   // only a point that is or ends inside touches
   place_of(point, at);
-  double gap = thrum_obstacle_face_gap(obstacle, face, at, normal);
-  const bool ends_inside = enters(run, obstacle, face, point, point->unloaded, way) ||
-                           enters(run, obstacle, face, point, point->likely, way);
-  if (gap >= 0.0 && !ends_inside)
+  double gap = thrum_obstacle_face_gap(obstacle, face, at, touch.normal);
+  const bool enters_alone = enters(run, obstacle, face, point, point->unloaded, way);
+  const bool likely =
+      gap < 0.0 || enters(run, obstacle, face, point, point->likely, enters_alone ? other : way);
+  if (!likely && !enters_alone)
     return;
+  const thrum_touching *before = touch_before(run, index, number, face, from);
+  const bool waits = !likely && before == NULL && may_wait(run, obstacle, point, touch.normal);
 
   // touch_max is the caller's limit: the report counts what it leaves out
-  if (contact->row_count == contact->touch_max) {
+  if (contact->row_count + run->waiting == contact->touch_max) {
     contact->dropped++;
     return;
   }
 
   // the row begins on the plane where the point enters
-  gap = entry_gap(obstacle, face, at, way, gap, normal);
+  gap = entry_gap(obstacle, face, at, way, gap, touch.normal);
+  if (waits) {
+    begin_row(run, point, &touch, gap, run->view.rows + contact->touch_max - ++run->waiting);
+    return;
+  }
   thrum_contact_row *row = run->view.rows + contact->row_count;
-  memset(row, 0, sizeof *row);
-  row->touch.point = index;
-  row->touch.obstacle = number;
-  row->touch.face = face;
-  memcpy(row->touch.normal, normal, sizeof normal);
-  row->gap = gap + thrum_dot3(normal, point->shift);
-  fill_row(run, point, obstacle, touch_before(run, index, number, face, from), row);
+  begin_row(run, point, &touch, gap, row);
+  fill_row(run, point, obstacle, before, row);
   // a point that is held cannot be pushed
   if (row->along > 0.0)
     contact->row_count++;
@@ -322,12 +350,38 @@ static void raise_ceilings(thrum_contact_run *run) {
 
 void thrum_contact_rows(thrum_contact_run *run) {
   const double stretch = stretch_of(run->axes), reach = reach_of(run, stretch);
-  run->contact->row_count = 0;
+  thrum_contact *contact = run->contact;
+  const int64_t dropped = contact->dropped;
+  contact->row_count = run->waiting = 0;
 
   // most steps are far from everything: one sphere of all points answers for them
-  if (near_any(run, run->contact->middle, reach + run->contact->radius * stretch))
+  if (near_any(run, contact->middle, reach + contact->radius * stretch))
     add_rows(run, reach, stretch);
+
+  // where there is no room for both, none waits
+  if (contact->dropped > dropped && run->waiting > 0) {
+    contact->dropped = dropped;
+    run->all = true;
+    thrum_contact_rows(run);
+    return;
+  }
   raise_ceilings(run);
+}
+
+bool thrum_contact_wake(thrum_contact_run *run, bool any) {
+  for (int64_t n = 1; n <= run->waiting && !any; n++) {
+    const thrum_contact_row *row = run->view.rows + run->contact->touch_max - n;
+    double at[3];
+    thrum_point_moved(run, thrum_point_rows(run, row->touch.point), row->lever, run->view.moved,
+                      at);
+    thrum_subtract3(at, row->drift, at);
+    any = !(row->gap + thrum_dot3(row->touch.normal, at) >= 0.0);
+  }
+  if (!any || run->waiting == 0)
+    return false;
+  run->all = true;
+  thrum_contact_rows(run);
+  return true;
 }
 
 void thrum_contact_release(thrum_contact_run *run) {

@@ -144,6 +144,7 @@ static void foresee(thrum_contact_run *run) {
     along += contact->pressed[axis] *
                  (2.0 * run->moved[axis] + run->mass_weight * contact->pressed[axis]) +
              contact->whirled[axis] * (2.0 * run->turned[axis] + turn[axis]);
+  run->foresees = contact->pull_count > 0 || along < 0.0;
   if (!(along < 0.0))
     return;
   for (int32_t i = 0; i < contact->rank; i++)

@@ -6,6 +6,7 @@
 #include "tests/support/sanitized.h"
 
 #include "contact/contact_private.h"
+#include "contact/contact_rows.h"
 #include "contact/contact_step.h"
 
 static double height_reached(int points, double dt, double stiffness, double restitution) {
@@ -273,6 +274,39 @@ static void a_body_rests_at_the_depth_of_its_weight(void **state) {
   }
 }
 
+/* A point that only the step without contact would bring down has no row, until the body comes. */
+static void a_point_that_the_last_forces_hold_up_waits(void **state) {
+  (void)state;
+  rig_def def = rig_default();
+  def.points = 5;
+  rig r;
+  rig_make(&r, &def);
+  const double depth = RIG_MASS * RIG_GRAVITY / (4 * def.stiffness);
+  r.m.vertices[3 * 5 + 2] = 1.4 * depth;
+  r.floor.restitution = 0;
+  rig_steps(&r, 3000);
+  assert_int_equal(thrum_contact_report_get(r.contact).touching, 4);
+
+  // four bear, and one waits above them
+  thrum_contact_run run;
+  thrum_contact_open(&r.m.model, r.state, r.contact, &r.environment, &run, NULL);
+  assert_int_equal(thrum_contact_prepare(&run, NULL), THRUM_OK);
+  assert_true(r.contact->row_count == 4 && run.waiting == 1);
+  run.moved[2] = -0.39 * depth;
+  assert_false(thrum_contact_wake(&run, false));
+  run.moved[2] = -0.41 * depth;
+  assert_true(thrum_contact_wake(&run, false));
+  assert_true(r.contact->row_count == 5 && run.waiting == 0);
+
+  // a load that doubles brings it down within the step
+  r.environment.force[2] *= 2;
+  rig_steps(&r, 3000);
+  const thrum_contact_report report = thrum_contact_report_get(r.contact);
+  assert_int_equal(report.touching, 5);
+  assert_true(fabs(report.normal - 2 * RIG_MASS * RIG_GRAVITY) <= 1e-9);
+  rig_free(&r);
+}
+
 /* A near-rigid body is struck as a whole: the places of the impact are listed with their impulses,
  * and no longer after the next step. */
 static void the_impulses_of_an_impact_are_listed(void **state) {
@@ -410,6 +444,7 @@ int main(void) {
       cmocka_unit_test(a_body_below_the_angle_of_friction_stays),
       cmocka_unit_test(friction_stops_a_body_after_its_distance),
       cmocka_unit_test(a_body_rests_at_the_depth_of_its_weight),
+      cmocka_unit_test(a_point_that_the_last_forces_hold_up_waits),
       cmocka_unit_test(the_impulses_of_an_impact_are_listed),
       cmocka_unit_test(a_pulled_body_hangs_and_swings_on_its_spring),
       cmocka_unit_test(a_step_of_one_coordinate_alone_meets_the_floor),
