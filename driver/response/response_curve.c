@@ -520,10 +520,6 @@ static thrum_status follow(response_curve *c, bool stability, thrum_error *error
   }
   c->seconds += clock_seconds() - began;
   free(workspace);
-
-  // what is seen is seen: a pass that gives way to the one before it leaves no room of its own
-  free(c->waves);
-  c->waves = c->series = NULL;
   free(start);
   if (status >= 0 && c->failure.status < 0 && error != NULL)
     *error = c->failure;
@@ -535,7 +531,7 @@ static thrum_status follow_again(response_curve *c, int64_t harmonics_before, bo
                                  thrum_error *error) {
   response_curve kept = *c;
   c->rows = NULL;
-  c->coefficients = c->harmonic = c->peak = NULL;
+  c->coefficients = c->harmonic = c->peak = c->waves = NULL;
   c->count = c->room = 0;
   const thrum_status status = follow(c, stability, error);
   response_curve *dropped = &kept;
@@ -548,6 +544,7 @@ static thrum_status follow_again(response_curve *c, int64_t harmonics_before, bo
     kept = cut;
   }
   drop_rows(dropped);
+  free(dropped->waves);
   return status;
 }
 
@@ -666,14 +663,14 @@ thrum_status response_curve_find(response_curve *curve, thrum_error *error) {
   int64_t before = curve->harmonics;
 
   // more harmonics while the last of them matter; that is looked for without stability
-  for (bool enough = !open; !enough && status >= 0 && !thrum_stop_requested();) {
+  for (bool enough = !open; !enough && status >= 0;) {
     char label[40];
     snprintf(label, sizeof label, "curve, %d harmonics", (int)curve->harmonics);
     config_progress_update(&progress, label, 0);
     status = follow_again(curve, before, false, error);
     before = curve->harmonics;
-    enough =
-        curve->report.tail <= TAIL_MOST || curve->harmonics + more > THRUM_RESPONSE_HARMONICS_MAX;
+    enough = thrum_stop_requested() || curve->report.tail <= TAIL_MOST ||
+             curve->harmonics + more > THRUM_RESPONSE_HARMONICS_MAX;
     curve->harmonics += enough ? 0 : more;
     config_progress_end(&progress, status >= 0);
   }
