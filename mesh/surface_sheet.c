@@ -52,15 +52,59 @@ static bool is_pair(const thrum_surface_mesh *surface, int64_t t) {
   return a[0] == b[0] && a[2] == b[1];
 }
 
+/* The unit normal of a facet at corner c, and the angle there. */
+static double corner_normal(const sheet *s, int64_t f, int c, double normal[3]) {
+  const int32_t *facet = s->facet[f];
+  const int n = corners_of(facet);
+  double to[3], from[3];
+  thrum_subtract3(place(s, facet[(c + 1) % n]), place(s, facet[c]), to);
+  thrum_subtract3(place(s, facet[(c + n - 1) % n]), place(s, facet[c]), from);
+  thrum_cross3(to, from, normal);
+  const double area = sqrt(thrum_dot3(normal, normal));
+  for (int d = 0; d < 3; d++)
+    normal[d] = area > 0 ? normal[d] / area : 0;
+  return atan2(area, thrum_dot3(to, from));
+}
+
+/* The first corner from which facet f goes back, against what it encloses; -1: it is convex. A
+ * hexahedron on one that is not has parts inside out. */
+static int corner_back(const sheet *s, int64_t f) {
+  const int32_t *facet = s->facet[f];
+  double along[3], across[3], area[3], normal[3];
+  thrum_subtract3(place(s, facet[2]), place(s, facet[0]), along);
+  thrum_subtract3(place(s, facet[3]), place(s, facet[1]), across);
+  thrum_cross3(along, across, area);
+  for (int c = 0; c < 4; c++) {
+    corner_normal(s, f, c, normal);
+    if (!(thrum_dot3(area, normal) > 0))
+      return c;
+  }
+  return -1;
+}
+
+static void add_facet(sheet *s, int64_t triangle, const int32_t facet[4]) {
+  memcpy(s->facet[s->facet_count], facet, sizeof *s->facet);
+  s->triangle[s->facet_count++] = triangle;
+}
+
 static void find_facets(sheet *s) {
   const thrum_surface_mesh *surface = s->surface;
   for (int64_t t = 0; t < surface->triangle_count; t++) {
-    int32_t *facet = s->facet[s->facet_count];
-    memcpy(facet, surface->triangles + 3 * t, 3 * sizeof *facet);
-    facet[3] = -1;
-    s->triangle[s->facet_count++] = t;
-    if (is_pair(surface, t))
-      facet[3] = surface->triangles[3 * ++t + 2];
+    const int32_t *a = surface->triangles + 3 * t;
+    const bool four = is_pair(surface, t);
+    add_facet(s, t, (int32_t[]){a[0], a[1], a[2], four ? a[5] : -1});
+    const int back = four ? corner_back(s, s->facet_count - 1) : -1;
+    t += four;
+    if (back < 0)
+      continue;
+
+    // two triangles that meet at that corner
+    const int32_t round[4] = {a[0], a[1], a[2], a[5]};
+    s->facet_count--;
+    for (int half = 0; half < 2; half++)
+      add_facet(
+          s, t - 1 + half,
+          (int32_t[]){round[back], round[(back + 1 + half) % 4], round[(back + 2 + half) % 4], -1});
   }
 }
 
@@ -83,20 +127,6 @@ static void mark_edges(const sheet *s, thrum_surface_side *sides) {
 }
 
 /* --- normals ---------------------------------------------------------------------------------- */
-
-/* The unit normal of a facet at corner c, and the angle there. */
-static double corner_normal(const sheet *s, int64_t f, int c, double normal[3]) {
-  const int32_t *facet = s->facet[f];
-  const int n = corners_of(facet);
-  double to[3], from[3];
-  thrum_subtract3(place(s, facet[(c + 1) % n]), place(s, facet[c]), to);
-  thrum_subtract3(place(s, facet[(c + n - 1) % n]), place(s, facet[c]), from);
-  thrum_cross3(to, from, normal);
-  const double area = sqrt(thrum_dot3(normal, normal));
-  for (int d = 0; d < 3; d++)
-    normal[d] = area > 0 ? normal[d] / area : 0;
-  return atan2(area, thrum_dot3(to, from));
-}
 
 static thrum_status refuse(const sheet *s, int64_t f, int c, const char *what) {
   const int32_t *facet = s->facet[f];

@@ -74,6 +74,20 @@ static void a_plate_is_of_hexahedra_and_wedges(void **state) {
   }
 }
 
+/* A polygon of four corners that goes back at one of them, from wherever it begins: two wedges. */
+static void a_polygon_that_goes_back_is_two_wedges(void **state) {
+  (void)state;
+  for (int first = 0; first < 4; first++) {
+    char text[200];
+    snprintf(text, sizeof text, "v 0 0 0\nv 1 0 0\nv 0.2 0.2 0\nv 0 1 0\nf %d %d %d %d\n",
+             first + 1, (first + 1) % 4 + 1, (first + 2) % 4 + 1, (first + 3) % 4 + 1);
+    thrum_mesh mesh = good(text, 0.01, 1, THRUM_SHEET_MIDDLE, 0.002);
+    assert_int_equal(mesh.solid_count, 2);
+    assert_int_equal(mesh.solid_form[0], THRUM_FORM_WEDGE6);
+    thrum_mesh_free(&mesh);
+  }
+}
+
 /* The unit cube; corners are numbered by their bits. */
 #define CORNERS "v 0 0 0\nv 0 0 1\nv 0 1 0\nv 0 1 1\nv 1 0 0\nv 1 0 1\nv 1 1 0\nv 1 1 1\n"
 #define SIDES "f 1 2 4 3\nf 5 7 8 6\nf 1 5 6 2\nf 3 4 8 7\nf 1 3 7 5\n"
@@ -106,6 +120,7 @@ static void what_makes_no_sheet_is_named_with_its_place(void **state) {
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_plate_is_of_hexahedra_and_wedges),
+      cmocka_unit_test(a_polygon_that_goes_back_is_two_wedges),
       cmocka_unit_test(a_box_has_walls_of_the_thickness),
       cmocka_unit_test(what_makes_no_sheet_is_named_with_its_place),
   };
