@@ -131,6 +131,13 @@ static int read_options(int argc, char **argv, mesh_request *request) {
                                 "--order and --tool out");
   if (!(request->thickness > 0) && (request->layers > 1 || request->side > 0))
     return config_usage("mesh", "--layers and --side are of a sheet: give --thickness");
+  const bool quadratic =
+      request->order == 2 || (mesh_tool_is_geometry(request->surface) && request->order != 1);
+  if (quadratic && !thrum_mesh_write_takes(request->output, THRUM_FORM_TET10))
+    return config_usage("mesh",
+                        "the format of '%s' has no tetrahedra of ten nodes: give --order 1, or "
+                        "write another one",
+                        request->output);
   if (request->thickness > 0 && !thrum_mesh_write_takes(request->output, THRUM_FORM_HEX8))
     return config_usage("mesh",
                         "the format of '%s' has no wedges and hexahedra: take .msh, .inp, "

@@ -122,8 +122,9 @@ static thrum_status write_tetgen(const char *path, thrum_mesh_written *w, thrum_
 }
 
 bool thrum_mesh_write_takes(const char *path, thrum_solid_form form) {
-  if (thrum_file_has_suffix(path, ".veg") || thrum_file_has_suffix(path, ".node") ||
-      thrum_file_has_suffix(path, ".ele"))
+  if (thrum_file_has_suffix(path, ".veg"))
+    return form == THRUM_FORM_TET4;
+  if (thrum_file_has_suffix(path, ".node") || thrum_file_has_suffix(path, ".ele"))
     return form == THRUM_FORM_TET4 || form == THRUM_FORM_TET10;
   return !thrum_file_has_suffix(path, ".mesh") ||
          (form != THRUM_FORM_WEDGE15 && form != THRUM_FORM_HEX20);

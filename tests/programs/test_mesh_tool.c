@@ -503,6 +503,8 @@ static void a_geometry_is_meshed(void **state) {
 
   // what is no geometry is said in a line
   write_text("bad.step", "no geometry\n");
+  expect_refusal(thrum_run(folder, "mesh", "bad.step", "-o", "out.veg", "-q", NULL), 2,
+                 "the format of 'out.veg' has no tetrahedra of ten nodes: give --order 1");
   expect_refusal(thrum_run(folder, "mesh", "bad.step", "-o", "out.msh", "-q", NULL), 1,
                  "bad.step: ");
 }
