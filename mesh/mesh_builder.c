@@ -126,8 +126,13 @@ static thrum_status keep_element(thrum_mesh_builder *b, const thrum_element *ele
   const thrum_solid_topology *shape = &thrum_solid_shapes[element->kind];
   const bool quadratic = element->quadratic && !b->corners;
   const int count = shape->corners + (quadratic ? shape->edges : 0);
-  const thrum_kept_element kept = {element->kind,   quadratic,    b->kept_node_count,
-                                   element->number, element->key, element->line};
+  const thrum_kept_element kept = {.kind = element->kind,
+                                   .quadratic = quadratic,
+                                   .cornered = element->quadratic && !quadratic,
+                                   .nodes = b->kept_node_count,
+                                   .number = element->number,
+                                   .key = element->key,
+                                   .line = element->line};
   THRUM_TRY(
       thrum_mesh_grow(&b->kept_nodes, b->kept_node_count, count, sizeof *b->kept_nodes, b->error));
   memcpy(b->kept_nodes + b->kept_node_count, element->nodes, (size_t)count * sizeof *b->kept_nodes);
@@ -154,6 +159,7 @@ thrum_status thrum_builder_solid(thrum_mesh_builder *b, int64_t place) {
     b->tet_solids[b->tet_count] = place;
     THRUM_TRY(add_tet(b, &element, number, corners, none));
   }
+  b->cornered_tets += kept->cornered ? count : 0;
   return THRUM_OK;
 }
 

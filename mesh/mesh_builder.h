@@ -36,8 +36,8 @@ typedef struct thrum_cut {
 /* An element that is kept until all are known. */
 typedef struct thrum_kept_element {
   thrum_solid kind;
-  bool quadratic;
-  int64_t nodes; /* a place in `kept_nodes` */
+  bool quadratic, cornered; /* with its middle nodes; without those that it has in the file */
+  int64_t nodes;            /* a place in `kept_nodes` */
   int64_t number, key, line;
 } thrum_kept_element;
 

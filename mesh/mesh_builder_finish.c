@@ -358,7 +358,7 @@ static thrum_status release_elements(thrum_mesh_builder *b) {
   for (int64_t i = 0; i < b->kept_count; i++) {
     const thrum_kept_element *e = &b->kept[i];
     const thrum_element element = {.kind = e->kind,
-                                   .quadratic = e->quadratic,
+                                   .quadratic = e->quadratic || e->cornered,
                                    .nodes = b->kept_nodes + e->nodes,
                                    .number = e->number,
                                    .key = e->key,

@@ -25,7 +25,9 @@ void mesh_warnings_print(const thrum_mesh *mesh, const char *name,
   // what the reader has made of the file
   for (int64_t n = 0; n < mesh->note_count; n++)
     config_warn("%s: %s", name, mesh->notes[n].text);
-  if (mesh->cornered_tets > 0) {
+  if (mesh->cornered_tets > 0 && mesh->solid_count > 0)
+    config_warn("%s: its elements were read by their corners, without their middle nodes", name);
+  else if (mesh->cornered_tets > 0) {
     config_warn("%s: %lld tetrahedra of ten nodes were read by their corners", name,
                 (long long)mesh->cornered_tets);
   }

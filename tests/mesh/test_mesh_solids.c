@@ -487,6 +487,20 @@ static void elements_that_stay_have_the_order_of_the_file(void **state) {
   thrum_error error = {0};
   assert_int_equal(thrum_mesh_read_with(path, &options, &mesh, &error), THRUM_INVALID_ARGUMENT);
   assert_non_null(strstr(error.message, "--order 2"));
+
+  // those that have middle nodes may be read without, which is no fault of the file
+  grid g = {.quadratic = true};
+  number(&g, 1);
+  mesh = read_grid(&g, THRUM_ELEMENT_SOLID);
+  thrum_mesh_free(&mesh);
+  const thrum_mesh_read_options corners = {.scale = 1, .order = 1, .element = THRUM_ELEMENT_SOLID};
+  assert_int_equal(thrum_mesh_read_with(path, &corners, &mesh, &error), THRUM_OK);
+  thrum_mesh_examined examined;
+  assert_int_equal(thrum_mesh_examine(&mesh, &examined, NULL), THRUM_OK);
+  assert_int_equal(mesh.solid_form[0], THRUM_FORM_HEX8);
+  assert_int_equal(mesh.cornered_tets, mesh.tet_count);
+  assert_true((thrum_mesh_flags(&mesh, &examined) & THRUM_EXAMINE_REPAIRED) == 0);
+  thrum_mesh_free(&mesh);
 }
 
 /* A box has 1 however thin it is, and a corner that leans by 60 degrees the cosine of it. */
