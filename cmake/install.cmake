@@ -1,9 +1,9 @@
-# What `cmake --install` puts where: the four libraries, their headers, thrumConfig.cmake, thrum.pc,
-# thrum-scene.pc, thrum-response.pc, thrum-gradient.pc, the licence and the examples.
+# What `cmake --install` puts where: the five libraries, their headers, thrumConfig.cmake, thrum.pc,
+# thrum-scene.pc, thrum-response.pc, thrum-gradient.pc, thrum-accelerator.pc, the licence and the examples.
 # SPDX-License-Identifier: Apache-2.0
 set(THRUM_CMAKE_DIR ${CMAKE_INSTALL_LIBDIR}/cmake/thrum)
 
-install(TARGETS thrum thrum_scene thrum_response thrum_gradient EXPORT thrumTargets
+install(TARGETS thrum thrum_scene thrum_response thrum_gradient thrum_accelerator EXPORT thrumTargets
   ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}
   LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}
   RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
@@ -42,7 +42,7 @@ else()
   set(THRUM_PC_LIBS " -lm")
   set(THRUM_PC_LIBS_PRIVATE "")
 endif()
-foreach(name thrum thrum-scene thrum-response thrum-gradient)
+foreach(name thrum thrum-scene thrum-response thrum-gradient thrum-accelerator)
   configure_file(cmake/${name}.pc.in ${CMAKE_CURRENT_BINARY_DIR}/${name}.pc @ONLY)
   install(FILES ${CMAKE_CURRENT_BINARY_DIR}/${name}.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
 endforeach()

@@ -83,7 +83,8 @@ quiet cmake -S "$folder/tree" -B "$folder/shared" -G Ninja -DCMAKE_BUILD_TYPE=Re
   ${THRUM_LAUNCHER:+-DCMAKE_C_COMPILER_LAUNCHER=$THRUM_LAUNCHER}
 quiet cmake --build "$folder/shared"
 cp -P "$folder"/shared/libthrum.so* "$folder"/shared/libthrum_scene.so* \
-  "$folder"/shared/libthrum_response.so* "$folder"/shared/libthrum_gradient.so* "$root/lib/"
+  "$folder"/shared/libthrum_response.so* "$folder"/shared/libthrum_gradient.so* \
+  "$folder"/shared/libthrum_accelerator.so* "$root/lib/"
 for library in "$root"/lib/libthrum*.so.*.*.*; do
   strip --strip-unneeded "$library"
 done

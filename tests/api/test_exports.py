@@ -3,11 +3,12 @@
 
 The symbols file of the Debian package names the same functions: that package does not build otherwise.
 
-usage: test_exports.py SOURCE LIBTHRUM LIBTHRUM_SCENE LIBTHRUM_RESPONSE LIBTHRUM_GRADIENT   compares the libraries with their headers
-       test_exports.py --planted SOURCE LIBTHRUM LIBTHRUM_SCENE LIBTHRUM_RESPONSE LIBTHRUM_GRADIENT
+usage: test_exports.py SOURCE LIBTHRUM LIBTHRUM_SCENE LIBTHRUM_RESPONSE LIBTHRUM_GRADIENT LIBTHRUM_ACCELERATOR   compares the libraries with their headers
+       test_exports.py --planted SOURCE LIBTHRUM LIBTHRUM_SCENE LIBTHRUM_RESPONSE LIBTHRUM_GRADIENT LIBTHRUM_ACCELERATOR
                        plants a difference of each kind and demands that it is found
 
-The scene library has scene.h, that of responses response.h, that of gradients gradient.h, the runtime the other headers of include/thrum. Every function that
+The scene library has scene.h, that of responses response.h, that of gradients gradient.h, that of accelerators
+accelerator.h, the runtime the other headers of include/thrum. Every function that
 they declare must carry THRUM_API, but for those defined in the header itself.
 
 SPDX-License-Identifier: Apache-2.0
@@ -18,8 +19,9 @@ import subprocess
 import sys
 
 SYMBOLS = "debian/libthrum0.2.symbols"
-LIBRARIES = ("thrum", "thrum_scene", "thrum_response", "thrum_gradient")
-OWN_HEADERS = {"scene.h": "thrum_scene", "response.h": "thrum_response", "gradient.h": "thrum_gradient"}
+LIBRARIES = ("thrum", "thrum_scene", "thrum_response", "thrum_gradient", "thrum_accelerator")
+OWN_HEADERS = {"scene.h": "thrum_scene", "response.h": "thrum_response", "gradient.h": "thrum_gradient",
+               "accelerator.h": "thrum_accelerator"}
 COMMENT = re.compile(r'/\*.*?\*/|//[^\n]*', re.S)
 DIRECTIVE = re.compile(r'^[ \t]*#(?:[^\n]*\\\n)*[^\n]*', re.M)
 ATTRIBUTE = re.compile(r'__attribute__\s*\(\(.*?\)\)\s*', re.S)

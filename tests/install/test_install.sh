@@ -32,7 +32,7 @@ consume() {
   LD_LIBRARY_PATH=$libdir "$prefix-scene"
 
   # libm is named once, also to who links statically
-  for package in thrum thrum-scene thrum-response thrum-gradient; do
+  for package in thrum thrum-scene thrum-response thrum-gradient thrum-accelerator; do
     test "$(PKG_CONFIG_PATH=$(dirname "$pc") pkg-config --static --libs $package | tr ' ' '\n' | grep -cx -- -lm)" = 1
   done
 
@@ -52,6 +52,7 @@ compile_examples() {
     package=thrum
     ! grep -q '"thrum/scene.h"' "$example" || package=thrum-scene
     ! grep -q '"thrum/gradient.h"' "$example" || package=thrum-gradient
+    ! grep -q '"thrum/accelerator.h"' "$example" || package=thrum-accelerator
     # shellcheck disable=SC2046,SC2086
     "$compiler" -std=c11 -Wall -Wextra -Werror -I"$work" "$example" \
       $(PKG_CONFIG_PATH=$2 pkg-config --cflags --libs $package) -lm -o "$work/example"
@@ -74,7 +75,7 @@ done
 
 # shared libraries carry the minor version in their names
 if grep -q '^BUILD_SHARED_LIBS:[A-Z]*=ON' "$build/CMakeCache.txt"; then
-  for library in libthrum libthrum_scene libthrum_response libthrum_gradient; do
+  for library in libthrum libthrum_scene libthrum_response libthrum_gradient libthrum_accelerator; do
     test -n "$(find "$work/installed" -name "$library.so.${version%.*}")"
   done
 fi

@@ -39,6 +39,7 @@ LAYERS = {
     "scene": set(),
     "response": set(),
     "gradient": set(),
+    "accelerator": set(),
     "platform": set(),
     "io": {"platform"},
     "mesh": {"platform", "io"},
@@ -218,7 +219,7 @@ def check_headers(files):
             for source in sorted(where.get(name, ())):
                 if path.startswith("include/"):
                     own = os.path.basename(path)[:-2]
-                    home = (own,) if own in ("scene", "response", "gradient") else ("core", "runtime", "contact")
+                    home = (own,) if own in ("scene", "response", "gradient", "accelerator") else ("core", "runtime", "contact")
                     good = source.split("/")[0] in home
                 else:
                     stem = module_of(source)
