@@ -59,7 +59,7 @@ void thrum_accelerator_def_init(thrum_accelerator_def *def, size_t size) {
 static void describe(thrum_accelerator *a, opencl_platform platform) {
   thrum_accelerator_info *info = &a->info;
   uint64_t memory = 0, most = 0;
-  uint32_t units = 0;
+  uint32_t units = 0, width = 1;
   char *const extensions = calloc(EXTENSIONS_MOST, 1);
   a->cl.clGetDeviceInfo(a->device, OPENCL_DEVICE_NAME, sizeof info->name - 1, info->name, NULL);
   a->cl.clGetPlatformInfo(platform, OPENCL_PLATFORM_NAME, sizeof info->platform - 1, info->platform,
@@ -67,6 +67,10 @@ static void describe(thrum_accelerator *a, opencl_platform platform) {
   a->cl.clGetDeviceInfo(a->device, OPENCL_DEVICE_GLOBAL_MEM_SIZE, sizeof memory, &memory, NULL);
   a->cl.clGetDeviceInfo(a->device, OPENCL_DEVICE_MAX_MEM_ALLOC_SIZE, sizeof most, &most, NULL);
   a->cl.clGetDeviceInfo(a->device, OPENCL_DEVICE_MAX_COMPUTE_UNITS, sizeof units, &units, NULL);
+  a->cl.clGetDeviceInfo(a->device, OPENCL_DEVICE_NATIVE_VECTOR_WIDTH_FLOAT, sizeof width, &width,
+                        NULL);
+  a->lanes = width >= 16 ? 16 : width >= 8 ? 8 : width >= 4 ? 4 : 1;
+  a->wide = a->lanes > 4 ? a->lanes : 4;
   if (extensions) {
     a->cl.clGetDeviceInfo(a->device, OPENCL_DEVICE_EXTENSIONS, EXTENSIONS_MOST - 1, extensions,
                           NULL);

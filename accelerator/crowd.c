@@ -15,9 +15,8 @@
 #include "thrum/actuation.h"
 #include "thrum/step_equation.h"
 
-#define TILE 64        /* bodies and columns of a tile of the product, as in crowd.cl */
-#define DEEP 16        /* rows that it takes at a time */
-#define SIDE 16        /* work-items along a side */
+#define GROUP 8        /* columns of a work-item of the product, as in crowd.cl */
+#define TOGETHER 64    /* bodies that counts are rounded up to */
 #define PART_MOST 4096 /* bodies of a part: a tile of each compute unit of a large device */
 #define RANK_MOST 128  /* whose coefficients take 273 MB as a matrix */
 #define ITERATIONS_MOST 32
@@ -35,8 +34,8 @@ static const char source[] = {
 struct thrum_crowd {
   thrum_accelerator *accelerator;
   thrum_crowd_def def;
-  int64_t rank, pairs, part; /* bodies of a part */
-  int64_t rows3, rows4, columns;
+  int64_t rank, pairs, columns;
+  int64_t all, part; /* bodies with those that fill up, which rest; bodies of a part */
   thrum_step_form form;
   opencl_program program;
 #define X(name) opencl_kernel name;
@@ -47,8 +46,8 @@ struct thrum_crowd {
   opencl_buffer matrix, pair_list, omega2, length, drag;
   opencl_buffer d, x, y3, y4, start3, start4, before, along_before, now, along, factor, worst;
   opencl_buffer kinetic, strain;
-  void *staging;  /* rank x count numbers of the device's precision, or as many counts */
-  int64_t *flags; /* count */
+  void *staging;  /* rank x all numbers of the device's precision, or as many counts */
+  int64_t *flags; /* all */
   int64_t made;   /* steps since the bodies were set */
 };
 
@@ -117,14 +116,13 @@ static void narrow(const thrum_crowd *crowd, const double *from, int64_t count, 
 
 // rows of bodies as columns, into the staging
 static void turn(thrum_crowd *crowd, const double *rows, int64_t stride) {
-  const int64_t count = crowd->def.count;
-  for (int64_t n = 0; n < count; n++)
+  for (int64_t n = 0; n < crowd->all; n++)
     for (int64_t i = 0; i < crowd->rank; i++) {
-      const double value = rows ? rows[n * stride + i] : 0;
+      const double value = rows && n < crowd->def.count ? rows[n * stride + i] : 0;
       if (crowd->accelerator->info.single)
-        ((float *)crowd->staging)[i * count + n] = (float)value;
+        ((float *)crowd->staging)[i * crowd->all + n] = (float)value;
       else
-        ((double *)crowd->staging)[i * count + n] = value;
+        ((double *)crowd->staging)[i * crowd->all + n] = value;
     }
 }
 
@@ -193,8 +191,8 @@ static thrum_status send_model(thrum_crowd *crowd, const thrum_model *model, thr
   narrow(crowd, drag, crowd->rank, numbers);
   THRUM_TRY(device_buffer(a, vector, numbers, &crowd->drag, error));
 
-  // rows and columns beyond those that there are stay zero
-  const size_t entries = (size_t)((crowd->rows3 + crowd->rows4) * crowd->columns);
+  // columns beyond those that there are stay zero
+  const size_t entries = (size_t)((crowd->rank + crowd->pairs) * crowd->columns);
   float *const matrix = calloc(entries, sizeof *matrix);
   uint16_t *const pairs = calloc((size_t)crowd->pairs, 2 * sizeof *pairs);
   thrum_status status = THRUM_OK;
@@ -202,7 +200,7 @@ static thrum_status send_model(thrum_crowd *crowd, const thrum_model *model, thr
     status = thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for %.0f MB of coefficients",
                              (double)entries * sizeof *matrix / 1048576);
   if (status == THRUM_OK) {
-    second_derivatives(model, matrix, crowd->columns, crowd->rows3);
+    second_derivatives(model, matrix, crowd->columns, crowd->rank);
     uint16_t *next = pairs;
     for (int64_t k = 0; k < crowd->rank; k++)
       for (int64_t l = k; l < crowd->rank; l++) {
@@ -227,9 +225,9 @@ static thrum_status make_passes(thrum_crowd *crowd, thrum_error *error) {
   const thrum_accelerator *a = crowd->accelerator;
   char options[256];
   snprintf(options, sizeof options,
-           "-cl-std=CL1.2 %s -DRANK=%d -DPAIRS=%d -DPART=%d -DROWS3=%d -DCOLUMNS=%d",
+           "-cl-std=CL1.2 %s -DRANK=%d -DPAIRS=%d -DPART=%d -DCOLUMNS=%d -DWIDE=%d -DLANES=%d",
            a->info.single ? "" : "-DWITH_DOUBLE", (int)crowd->rank, (int)crowd->pairs,
-           (int)crowd->part, (int)crowd->rows3, (int)crowd->columns);
+           (int)crowd->part, (int)crowd->columns, a->wide, a->lanes);
   THRUM_TRY(device_program(a, source, sizeof source, options, &crowd->program, error));
   int32_t code;
 #define X(name)                                                                                    \
@@ -243,26 +241,26 @@ static thrum_status make_passes(thrum_crowd *crowd, thrum_error *error) {
 
 static thrum_status make_arrays(thrum_crowd *crowd, thrum_error *error) {
   const thrum_accelerator *a = crowd->accelerator;
-  const size_t real = device_real(a), count = (size_t)crowd->def.count, rank = (size_t)crowd->rank,
+  const size_t real = device_real(a), all = (size_t)crowd->all, rank = (size_t)crowd->rank,
                part = (size_t)crowd->part, columns = (size_t)crowd->columns;
   const struct {
     opencl_buffer *buffer;
     size_t size;
   } arrays[] = {
-      {&crowd->q, rank * count * real},
-      {&crowd->p, rank * count * real},
-      {&crowd->load, rank * count * real},
-      {&crowd->load_before, rank * count * real},
-      {&crowd->timed, rank * count * real},
-      {&crowd->stopped, count * sizeof(int64_t)},
-      {&crowd->kinetic, count * real},
-      {&crowd->strain, count * real},
+      {&crowd->q, rank * all * real},
+      {&crowd->p, rank * all * real},
+      {&crowd->load, rank * all * real},
+      {&crowd->load_before, rank * all * real},
+      {&crowd->timed, rank * all * real},
+      {&crowd->stopped, all * sizeof(int64_t)},
+      {&crowd->kinetic, all * real},
+      {&crowd->strain, all * real},
       {&crowd->d, rank * part * real},
       {&crowd->before, rank * part * real},
       {&crowd->along_before, rank * part * real},
       {&crowd->now, rank * part * real},
       {&crowd->along, rank * part * real},
-      {&crowd->x, (size_t)(crowd->rows3 + crowd->rows4) * part * sizeof(float)},
+      {&crowd->x, (size_t)(crowd->rank + crowd->pairs) * part * sizeof(float)},
       {&crowd->y3, columns * part * sizeof(float)},
       {&crowd->y4, columns * part * sizeof(float)},
       {&crowd->start3, columns * part * sizeof(float)},
@@ -272,10 +270,10 @@ static thrum_status make_arrays(thrum_crowd *crowd, thrum_error *error) {
   };
   for (size_t i = 0; i < sizeof arrays / sizeof *arrays; i++)
     THRUM_TRY(device_buffer(a, arrays[i].size, NULL, arrays[i].buffer, error));
-  crowd->staging = malloc(rank * count * real);
-  crowd->flags = malloc(count * sizeof *crowd->flags);
+  crowd->staging = malloc(rank * all * real);
+  crowd->flags = malloc(all * sizeof *crowd->flags);
   if (!crowd->staging || !crowd->flags)
-    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for %zu bodies", count);
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for %zu bodies", all);
   return THRUM_OK;
 }
 
@@ -286,11 +284,9 @@ static int64_t round_up(int64_t count, int64_t to) {
 static thrum_status make_crowd(thrum_crowd *crowd, const thrum_model *model, thrum_error *error) {
   crowd->rank = model->rank;
   crowd->pairs = model->rank * (model->rank + 1) / 2;
-  crowd->rows3 = round_up(crowd->rank, DEEP);
-  crowd->rows4 = round_up(crowd->pairs, DEEP);
-  crowd->columns = round_up(crowd->pairs, TILE);
-  const int64_t count = crowd->def.count < PART_MOST ? crowd->def.count : PART_MOST;
-  crowd->part = round_up(count, TILE);
+  crowd->columns = round_up(crowd->pairs, GROUP);
+  crowd->all = round_up(crowd->def.count, TOGETHER);
+  crowd->part = crowd->all < PART_MOST ? crowd->all : PART_MOST;
   THRUM_TRY(send_model(crowd, model, error));
   THRUM_TRY(make_passes(crowd, error));
   THRUM_TRY(make_arrays(crowd, error));
@@ -352,12 +348,21 @@ void thrum_crowd_destroy(thrum_crowd *crowd) {
 
 /* --- passes ----------------------------------------------------------------------------------- */
 
-/* A part of the bodies, from `at` on, and what its passes take besides. */
+/* A part of the bodies, from `at` on, and what its passes take besides: `count` is the distance of
+ * the rows of all bodies. */
 typedef struct part {
   thrum_crowd *crowd;
   int64_t at, count;
-  size_t flat[2], square[2]; /* an item for each body, and for each coordinate of each */
+  size_t bodies; /* of it */
 } part;
+
+static part part_at(thrum_crowd *crowd, int64_t at) {
+  const int64_t left = crowd->all - at;
+  return (part){.crowd = crowd,
+                .at = at,
+                .count = crowd->all,
+                .bodies = (size_t)(left < crowd->part ? left : crowd->part)};
+}
 
 #define A(x) DEVICE_ARGUMENT(x)
 #define COUNT(list) (uint32_t)(sizeof(list) / sizeof *(list))
@@ -382,16 +387,29 @@ static thrum_status multiply(const part *t, double share, opencl_buffer y3, open
   real_argument kept;
   const device_argument products[] = {
       A(c->q), A(c->d), real_of(c, &kept, share), A(c->pair_list), A(c->x), A(t->at), A(t->count)};
-  const size_t rows[2] = {(size_t)c->part, (size_t)(c->rows3 + c->rows4)};
+  const size_t lanes = (size_t)c->accelerator->lanes, wide = (size_t)c->accelerator->wide;
+  const size_t rows[2] = {t->bodies / lanes, (size_t)(c->rank + c->pairs)};
   THRUM_TRY(device_run(c->accelerator, c->products, products, COUNT(products), rows, NULL, error));
 
-  const size_t group[2] = {SIDE, SIDE};
-  const size_t items[2] = {(size_t)(c->part / TILE * SIDE), (size_t)(c->columns / TILE * SIDE)};
-  const int32_t zero = 0, rows3 = (int32_t)c->rows3, rows4 = (int32_t)c->rows4;
-  const device_argument cubic[] = {A(c->matrix), A(c->x), A(zero), A(rows3), A(y3)};
-  const device_argument quartic[] = {A(c->matrix), A(c->x), A(rows3), A(rows4), A(y4)};
-  THRUM_TRY(device_run(c->accelerator, c->multiply, cubic, COUNT(cubic), items, group, error));
-  return device_run(c->accelerator, c->multiply, quartic, COUNT(quartic), items, group, error);
+  const size_t items[2] = {t->bodies / wide, (size_t)(c->columns / GROUP)};
+  const int32_t zero = 0, rank = (int32_t)c->rank, pairs = (int32_t)c->pairs;
+  const device_argument cubic[] = {A(c->matrix), A(c->x), A(zero), A(rank), A(y3)};
+  const device_argument quartic[] = {A(c->matrix), A(c->x), A(rank), A(pairs), A(y4)};
+  THRUM_TRY(device_run(c->accelerator, c->multiply, cubic, COUNT(cubic), items, NULL, error));
+  return device_run(c->accelerator, c->multiply, quartic, COUNT(quartic), items, NULL, error);
+}
+
+/* An item for LANES bodies, or for each; and for each coordinate of them. */
+static void items_of(const part *t, bool lanes, bool coordinates, size_t items[2]) {
+  items[0] = lanes ? t->bodies / (size_t)t->crowd->accelerator->lanes : t->bodies;
+  items[1] = coordinates ? (size_t)t->crowd->rank : 1;
+}
+
+static thrum_status run(const part *t, opencl_kernel kernel, const device_argument *arguments,
+                        uint32_t count, bool lanes, bool coordinates, thrum_error *error) {
+  size_t items[2];
+  items_of(t, lanes, coordinates, items);
+  return device_run(t->crowd->accelerator, kernel, arguments, count, items, NULL, error);
 }
 
 static thrum_status force(const part *t, double share, opencl_buffer y3, opencl_buffer y4,
@@ -401,13 +419,13 @@ static thrum_status force(const part *t, double share, opencl_buffer y3, opencl_
   const device_argument arguments[] = {
       A(c->q),  A(c->d),    real_of(c, &kept, share), A(c->omega2), A(y3), A(y4), A(f), A(along),
       A(t->at), A(t->count)};
-  return device_run(c->accelerator, c->force, arguments, COUNT(arguments), t->square, NULL, error);
+  return run(t, c->force, arguments, COUNT(arguments), true, true, error);
 }
 
 static thrum_status begin(const part *t, thrum_error *error) {
   thrum_crowd *c = t->crowd;
   const device_argument arguments[] = {A(c->p), A(c->length), A(c->d), A(t->at), A(t->count)};
-  return device_run(c->accelerator, c->begin, arguments, COUNT(arguments), t->square, NULL, error);
+  return run(t, c->begin, arguments, COUNT(arguments), true, true, error);
 }
 
 static thrum_status iterate(const part *t, int32_t mean, thrum_error *error) {
@@ -417,7 +435,7 @@ static thrum_status iterate(const part *t, int32_t mean, thrum_error *error) {
                                        A(c->along),  A(c->y3),     A(c->y4),     A(mean),
                                        A(c->factor), A(c->d),      A(c->worst),  A(t->at),
                                        A(t->count)};
-  return device_run(c->accelerator, c->iterate, arguments, COUNT(arguments), t->flat, NULL, error);
+  return run(t, c->iterate, arguments, COUNT(arguments), true, false, error);
 }
 
 static thrum_status commit(const part *t, int64_t made, thrum_error *error) {
@@ -426,7 +444,7 @@ static thrum_status commit(const part *t, int64_t made, thrum_error *error) {
   const device_argument arguments[] = {A(c->q),     A(c->p),      A(c->d),       A(c->length),
                                        A(c->worst), A(tolerance), A(c->stopped), A(made),
                                        A(t->at),    A(t->count)};
-  return device_run(c->accelerator, c->commit, arguments, COUNT(arguments), t->flat, NULL, error);
+  return run(t, c->commit, arguments, COUNT(arguments), false, false, error);
 }
 
 static thrum_status kick(const part *t, int64_t made, thrum_error *error) {
@@ -443,7 +461,7 @@ static thrum_status kick(const part *t, int64_t made, thrum_error *error) {
                                        A(made),
                                        A(t->at),
                                        A(t->count)};
-  return device_run(c->accelerator, c->kick, arguments, COUNT(arguments), t->flat, NULL, error);
+  return run(t, c->kick, arguments, COUNT(arguments), false, false, error);
 }
 
 // R at q into `now`
@@ -479,20 +497,12 @@ static thrum_status step_part(const part *t, int64_t made, thrum_error *error) {
   return commit(t, made, error);
 }
 
-static part part_at(thrum_crowd *crowd, int64_t at) {
-  return (part){.crowd = crowd,
-                .at = at,
-                .count = crowd->def.count,
-                .flat = {(size_t)crowd->part, 1},
-                .square = {(size_t)crowd->part, (size_t)crowd->rank}};
-}
-
 thrum_status thrum_crowd_step(thrum_crowd *crowd, int64_t steps, int64_t *stopped,
                               thrum_error *error) {
   if (!crowd || steps < 0)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "the crowd is NULL, or steps is below 0");
   const thrum_accelerator *a = crowd->accelerator;
-  for (int64_t at = 0; at < crowd->def.count; at += crowd->part) {
+  for (int64_t at = 0; at < crowd->all; at += crowd->part) {
     const part t = part_at(crowd, at);
     for (int64_t k = 0; k < steps; k++) {
       THRUM_TRY(step_part(&t, crowd->made + k, error));
@@ -503,8 +513,8 @@ thrum_status thrum_crowd_step(thrum_crowd *crowd, int64_t steps, int64_t *stoppe
     }
   }
   crowd->made += steps;
-  const size_t count = (size_t)crowd->def.count;
-  THRUM_TRY(device_read(a, crowd->stopped, crowd->flags, count * sizeof *crowd->flags, error));
+  THRUM_TRY(device_read(a, crowd->stopped, crowd->flags, (size_t)crowd->all * sizeof *crowd->flags,
+                        error));
 
   // which have stopped
   int64_t first = -1, all = 0;
@@ -532,15 +542,15 @@ thrum_status thrum_crowd_step(thrum_crowd *crowd, int64_t steps, int64_t *stoppe
 static thrum_status shift(thrum_crowd *c, bool back, thrum_error *error) {
   real_argument kept;
   const device_argument h = real_of(c, &kept, c->def.state.dt);
-  for (int64_t at = 0; at < c->def.count; at += c->part) {
+  for (int64_t at = 0; at < c->all; at += c->part) {
     const part t = part_at(c, at);
     THRUM_TRY(force_here(&t, error));
     const device_argument to[] = {A(c->p), A(c->now), A(c->load_before), A(c->drag),
                                   h,       A(t.at),   A(t.count)};
     const device_argument from[] = {A(c->p), A(c->now),   A(c->load_before), A(c->drag),
                                     h,       A(c->timed), A(t.at),           A(t.count)};
-    THRUM_TRY(device_run(c->accelerator, back ? c->shift_back : c->shift_on, back ? to : from,
-                         back ? COUNT(to) : COUNT(from), t.square, NULL, error));
+    THRUM_TRY(run(&t, back ? c->shift_back : c->shift_on, back ? to : from,
+                  back ? COUNT(to) : COUNT(from), false, true, error));
   }
   return THRUM_OK;
 }
@@ -559,7 +569,7 @@ thrum_status thrum_crowd_set(thrum_crowd *crowd, const double *q, const double *
   THRUM_TRY(check_rows(crowd, "q", q, stride, error));
   THRUM_TRY(check_rows(crowd, "p", p, stride, error));
   const thrum_accelerator *a = crowd->accelerator;
-  const size_t count = (size_t)crowd->def.count;
+  const size_t count = (size_t)crowd->all;
   const size_t size = (size_t)crowd->rank * count * device_real(a);
   turn(crowd, NULL, 0);
   THRUM_TRY(device_write(a, crowd->load_before, crowd->staging, size, error));
@@ -581,8 +591,7 @@ thrum_status thrum_crowd_set_forces(thrum_crowd *crowd, const double *forces, in
   THRUM_TRY(check_rows(crowd, "the load", forces, stride, error));
   turn(crowd, forces, stride);
   return device_write(crowd->accelerator, crowd->load, crowd->staging,
-                      (size_t)(crowd->rank * crowd->def.count) * device_real(crowd->accelerator),
-                      error);
+                      (size_t)(crowd->rank * crowd->all) * device_real(crowd->accelerator), error);
 }
 
 // one array of rank x count numbers
@@ -590,12 +599,12 @@ static thrum_status get_rows(thrum_crowd *crowd, opencl_buffer buffer, double *r
                              thrum_error *error) {
   if (!rows)
     return THRUM_OK;
-  const int64_t count = crowd->def.count;
   THRUM_TRY(device_read(crowd->accelerator, buffer, crowd->staging,
-                        (size_t)(crowd->rank * count) * device_real(crowd->accelerator), error));
-  for (int64_t n = 0; n < count; n++)
+                        (size_t)(crowd->rank * crowd->all) * device_real(crowd->accelerator),
+                        error));
+  for (int64_t n = 0; n < crowd->def.count; n++)
     for (int64_t i = 0; i < crowd->rank; i++)
-      rows[n * stride + i] = staged(crowd, i * count + n);
+      rows[n * stride + i] = staged(crowd, i * crowd->all + n);
   return THRUM_OK;
 }
 
@@ -617,14 +626,14 @@ thrum_status thrum_crowd_energies(thrum_crowd *crowd, double *kinetic, double *s
   const thrum_accelerator *a = crowd->accelerator;
   opencl_buffer timed;
   THRUM_TRY(take_timed(crowd, &timed, error));
-  for (int64_t at = 0; at < crowd->def.count; at += crowd->part) {
+  for (int64_t at = 0; at < crowd->all; at += crowd->part) {
     const part t = part_at(crowd, at);
     THRUM_TRY(begin(&t, error));
     THRUM_TRY(multiply(&t, 0.0, crowd->y3, crowd->y4, error));
     const device_argument arguments[] = {A(crowd->q),      A(timed),     A(crowd->omega2),
                                          A(crowd->y3),     A(crowd->y4), A(crowd->kinetic),
                                          A(crowd->strain), A(t.at),      A(t.count)};
-    THRUM_TRY(device_run(a, crowd->energies, arguments, COUNT(arguments), t.flat, NULL, error));
+    THRUM_TRY(run(&t, crowd->energies, arguments, COUNT(arguments), true, false, error));
   }
   double *const parts[] = {kinetic, strain};
   const opencl_buffer buffers[] = {crowd->kinetic, crowd->strain};

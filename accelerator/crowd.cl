@@ -1,15 +1,15 @@
 /* The passes of a step of many bodies (accelerator/README.md says in which order). An entry i of a
- * body c of a part lies at i * PART + c, and of a body n of all at i * count + n: neighbours in a
- * work-group read neighbours in memory.
+ * body c of a part lies at i * PART + c, and of a body n of all at i * count + n: neighbours lie
+ * side by side in memory.
  *
  *   T(q) = omega^2 + [A3' q + A4' m],  m = (q_k q_l, k <= l),  columns (a, b), a <= b
  *   R(q) = omega^2 q + (A3' q) q / 2 + (A4' m) q / 3,   V likewise with 1/6 and 1/12
  *
- * RANK r, PAIRS r (r + 1) / 2, PART bodies of a part; ROWS3, ROWS4 and COLUMNS are r, PAIRS and
- * PAIRS rounded up to a tile.
+ * RANK r, PAIRS r (r + 1) / 2, PART bodies of a part, COLUMNS PAIRS rounded up to whole groups. A
+ * work-item of `multiply` has WIDE bodies, one of the others LANES: as many as a processor has in a
+ * vector, or one, where the work-items are the lanes. Counts are multiples of both.
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#pragma OPENCL FP_CONTRACT OFF
 #ifdef WITH_DOUBLE
 #pragma OPENCL EXTENSION cl_khr_fp64 : enable
 typedef double real;
@@ -17,55 +17,75 @@ typedef double real;
 typedef float real;
 #endif
 
-#define TILE 64 /* entries of a tile of `multiply`, by columns and by bodies */
-#define DEEP 16 /* rows that a tile takes at a time */
-#define SIDE 16 /* work-items along each side: each has 4 x 4 entries */
+#define JOIN(a, b) a##b
+#define VECTOR(type, width) JOIN(type, width)
+#if LANES == 1
+typedef float floats;
+typedef real reals;
+typedef long counts;
+#define LOAD(at) (*(at))
+#define STORE(value, at) (*(at) = (value))
+#define TO_FLOATS(x) ((float)(x))
+#define TO_REALS(x) ((real)(x))
+#else
+typedef VECTOR(float, LANES) floats;
+typedef VECTOR(long, LANES) counts;
+#define LOAD(at) VECTOR(vload, LANES)(0, at)
+#define STORE(value, at) VECTOR(vstore, LANES)(value, 0, at)
+#define TO_FLOATS(x) VECTOR(convert_float, LANES)(x)
+#ifdef WITH_DOUBLE
+typedef VECTOR(double, LANES) reals;
+#define TO_REALS(x) VECTOR(convert_double, LANES)(x)
+#else
+typedef VECTOR(float, LANES) reals;
+#define TO_REALS(x) VECTOR(convert_float, LANES)(x)
+#endif
+#endif
+
+#define GROUP 8 /* columns of a work-item of `multiply` */
+
+/* A work-item's bodies: c of the part, n of all. */
+#define BODIES                                                                                     \
+  const int c = get_global_id(0) * LANES;                                                          \
+  const long n = at + c
 
 // where the forces are taken: q + share d
-real place(global const real *q, global const real *d, real share, int i, int c, long at,
-           long count) {
-  return q[i * count + at + c] + share * d[i * PART + c];
+reals place(global const real *q, global const real *d, real share, int i, int c, long n,
+            long count) {
+  return LOAD(q + i * count + n) + share * LOAD(d + i * PART + c);
 }
 
 /* The rows that the coefficients are multiplied with: q, then the products of its pairs. */
 kernel void products(global const real *q, global const real *d, real share,
                      global const ushort2 *pairs, global float *x, long at, long count) {
-  const int c = get_global_id(0), row = get_global_id(1);
-  float value = 0;
-  if (at + c < count) {
-    if (row < RANK)
-      value = (float)place(q, d, share, row, c, at, count);
-    else if (row >= ROWS3 && row < ROWS3 + PAIRS) {
-      const ushort2 pair = pairs[row - ROWS3];
-      value = (float)(place(q, d, share, pair.x, c, at, count) *
-                      place(q, d, share, pair.y, c, at, count));
-    }
+  BODIES;
+  const int row = get_global_id(1);
+  if (row < RANK) {
+    STORE(TO_FLOATS(place(q, d, share, row, c, n, count)), x + row * PART + c);
+    return;
   }
-  x[row * PART + c] = value;
+  const ushort2 pair = pairs[row - RANK];
+  const reals product =
+      place(q, d, share, pair.x, c, n, count) * place(q, d, share, pair.y, c, n, count);
+  STORE(TO_FLOATS(product), x + row * PART + c);
 }
 
-/* y = A' x, each entry a sum over the rows in ascending order. */
-kernel __attribute__((reqd_work_group_size(SIDE, SIDE, 1))) void
-multiply(global const float *a, global const float *x, int first, int rows, global float *y) {
-  local float as[DEEP][TILE], xs[DEEP][TILE];
-  const int left = get_local_id(0), top = get_local_id(1), item = top * SIDE + left;
-  const int body = get_group_id(0) * TILE, column = get_group_id(1) * TILE;
-  float sum[4][4] = {{0}};
-  for (int row = first; row < first + rows; row += DEEP) {
-    for (int k = item; k < DEEP * TILE; k += SIDE * SIDE) {
-      as[k / TILE][k % TILE] = a[(row + k / TILE) * COLUMNS + column + k % TILE];
-      xs[k / TILE][k % TILE] = x[(row + k / TILE) * PART + body + k % TILE];
-    }
-    barrier(CLK_LOCAL_MEM_FENCE);
-    for (int k = 0; k < DEEP; k++)
-      for (int i = 0; i < 4; i++)
-        for (int j = 0; j < 4; j++)
-          sum[i][j] += as[k][top + SIDE * i] * xs[k][left + SIDE * j];
-    barrier(CLK_LOCAL_MEM_FENCE);
+/* y = A' x over these rows, each entry a sum in ascending order. */
+kernel void multiply(global const float *a, global const float *x, int first, int rows,
+                     global float *y) {
+  const int c = get_global_id(0) * WIDE, column = get_global_id(1) * GROUP;
+  VECTOR(float, WIDE) sum[GROUP];
+  for (int i = 0; i < GROUP; i++)
+    sum[i] = 0;
+  a += first * COLUMNS + column;
+  x += first * PART + c;
+  for (int row = 0; row < rows; row++, a += COLUMNS, x += PART) {
+    const VECTOR(float, WIDE) there = VECTOR(vload, WIDE)(0, x);
+    for (int i = 0; i < GROUP; i++)
+      sum[i] = mad((VECTOR(float, WIDE))(a[i]), there, sum[i]);
   }
-  for (int i = 0; i < 4; i++)
-    for (int j = 0; j < 4; j++)
-      y[(column + top + SIDE * i) * PART + body + left + SIDE * j] = sum[i][j];
+  for (int i = 0; i < GROUP; i++)
+    VECTOR(vstore, WIDE)(sum[i], 0, y + (column + i) * PART + c);
 }
 
 // the column of the pair (i, j) of a symmetric matrix
@@ -74,60 +94,62 @@ int column_of(int i, int j) {
   return a * RANK - a * (a - 1) / 2 + b - a;
 }
 
-/* R at q + share d into f, and, where `along` is not NULL, the part of T d that is not linear. */
+/* R at q + share d into f, and the part of T d that is not linear into `along`. */
 kernel void force(global const real *q, global const real *d, real share, global const real *omega2,
                   global const float *y3, global const float *y4, global real *f,
                   global real *along, long at, long count) {
-  const int c = get_global_id(0), i = get_global_id(1);
-  if (at + c >= count)
-    return;
-  real sum = 0, product = 0;
+  BODIES;
+  const int i = get_global_id(1);
+  reals sum = omega2[i] * place(q, d, share, i, c, n, count), product = 0;
   for (int j = 0; j < RANK; j++) {
     const int entry = column_of(i, j) * PART + c;
-    const real cubic = y3[entry], quartic = y4[entry];
-    sum += (cubic / 2 + quartic / 3) * place(q, d, share, j, c, at, count);
-    product += (cubic + quartic) * d[j * PART + c];
+    const reals cubic = TO_REALS(LOAD(y3 + entry)), quartic = TO_REALS(LOAD(y4 + entry));
+    sum += (cubic / 2 + quartic / 3) * place(q, d, share, j, c, n, count);
+    product += (cubic + quartic) * LOAD(d + j * PART + c);
   }
-  f[i * PART + c] = omega2[i] * place(q, d, share, i, c, at, count) + sum;
-  along[i * PART + c] = product;
+  STORE(sum, f + i * PART + c);
+  STORE(product, along + i * PART + c);
 }
 
 /* The first increment of a step: where the body goes without forces. */
 kernel void begin(global const real *p, global const real *length, global real *d, long at,
                   long count) {
-  const int c = get_global_id(0), i = get_global_id(1);
-  d[i * PART + c] = at + c < count ? length[i] * p[i * count + at + c] : 0;
+  BODIES;
+  const int i = get_global_id(1);
+  STORE(length[i] * LOAD(p + i * count + n), d + i * PART + c);
 }
 
-// a symmetric matrix by L D L', in place: entry (a, b), b <= a, at a (a + 1) / 2 + b
+// entry (a, b), b <= a, of a factor
+#define ENTRY(a, b) (j + ((a) * ((a) + 1) / 2 + (b)) * PART + c)
+
+// a symmetric matrix by L D L', in place
 void factor(global float *j, int c) {
   for (int a = 0; a < RANK; a++) {
     for (int b = 0; b < a; b++) {
-      float sum = j[(a * (a + 1) / 2 + b) * PART + c];
+      floats sum = LOAD(ENTRY(a, b));
       for (int k = 0; k < b; k++)
-        sum -= j[(a * (a + 1) / 2 + k) * PART + c] * j[(b * (b + 1) / 2 + k) * PART + c];
-      j[(a * (a + 1) / 2 + b) * PART + c] = sum;
+        sum -= LOAD(ENTRY(a, k)) * LOAD(ENTRY(b, k));
+      STORE(sum, ENTRY(a, b));
     }
-    float pivot = j[(a * (a + 1) / 2 + a) * PART + c];
+    floats pivot = LOAD(ENTRY(a, a));
     for (int b = 0; b < a; b++) {
-      const float entry = j[(a * (a + 1) / 2 + b) * PART + c];
-      const float low = entry / j[(b * (b + 1) / 2 + b) * PART + c];
+      const floats entry = LOAD(ENTRY(a, b)), low = entry / LOAD(ENTRY(b, b));
       pivot -= entry * low;
-      j[(a * (a + 1) / 2 + b) * PART + c] = low;
+      STORE(low, ENTRY(a, b));
     }
-    j[(a * (a + 1) / 2 + a) * PART + c] = pivot;
+    STORE(pivot, ENTRY(a, a));
   }
 }
 
-void solve(global const float *j, float *x, int c) {
+void solve(global const float *j, floats *x, int c) {
   for (int a = 0; a < RANK; a++)
     for (int b = 0; b < a; b++)
-      x[a] -= j[(a * (a + 1) / 2 + b) * PART + c] * x[b];
+      x[a] -= LOAD(ENTRY(a, b)) * x[b];
   for (int a = 0; a < RANK; a++)
-    x[a] /= j[(a * (a + 1) / 2 + a) * PART + c];
+    x[a] /= LOAD(ENTRY(a, a));
   for (int a = RANK - 1; a >= 0; a--)
     for (int b = 0; b < a; b++)
-      x[b] -= j[(a * (a + 1) / 2 + b) * PART + c] * x[a];
+      x[b] -= LOAD(ENTRY(a, b)) * x[a];
 }
 
 /* One Newton iteration for the increment d of a body, with G over half the square of the time step:
@@ -144,34 +166,36 @@ kernel void iterate(global const real *p, global const real *load, global const 
                     global const real *along, global const float *y3, global const float *y4,
                     int mean, global float *j, global real *d, global float *worst, long at,
                     long count) {
-  const int c = get_global_id(0);
-  if (at + c >= count)
-    return;
+  BODIES;
 
-  // sigma, and how it changes with d
-  real square = 0, turned = 0;
+  // sigma, and how it changes with d; a body that does not move has none, and without `mean` the
+  // arrays of the start hold anything
+  reals square = 0, turned = 0;
   for (int i = 0; i < RANK; i++) {
-    square += d[i * PART + c] * d[i * PART + c];
-    turned += d[i * PART + c] * (along[i * PART + c] - along_before[i * PART + c]);
+    const reals d_i = LOAD(d + i * PART + c);
+    square += d_i * d_i;
+    turned += d_i * (LOAD(along + i * PART + c) - LOAD(along_before + i * PART + c));
   }
-  const real sigma = mean && square > 0 ? -turned / (12 * square) : 0;
-  float step[RANK], across[RANK], slope[RANK];
+  const reals inverse = mean ? select(1 / square, (reals)0, square == 0) : (reals)0;
+  const reals sigma = mean ? -turned * inverse / 12 : (reals)0;
+  floats step[RANK], across[RANK], slope[RANK];
   for (int i = 0; i < RANK; i++) {
     const int at_i = i * PART + c;
     const real stiff = 2 / (length[i] * length[i]);
-    const real force = mean ? (before[at_i] + f[at_i]) / 2 + sigma * d[at_i] : f[at_i];
-    step[i] = (float)(stiff * (d[at_i] - length[i] * p[i * count + at + c]) + force +
-                      drag[i] * d[at_i] - load[i * count + at + c]);
+    const reals d_i = LOAD(d + at_i), f_i = LOAD(f + at_i), before_i = LOAD(before + at_i);
+    const reals force = mean ? (before_i + f_i) / 2 + sigma * d_i : f_i;
+    step[i] = TO_FLOATS(stiff * (d_i - length[i] * LOAD(p + i * count + n)) + force +
+                        drag[i] * d_i - LOAD(load + i * count + n));
     for (int b = 0; b <= i; b++) {
       const int entry = column_of(i, b) * PART + c;
-      j[(i * (i + 1) / 2 + b) * PART + c] = (y3[entry] + y4[entry]) / 2;
+      STORE((LOAD(y3 + entry) + LOAD(y4 + entry)) / 2, ENTRY(i, b));
     }
-    j[(i * (i + 1) / 2 + i) * PART + c] += (float)(stiff + drag[i] + omega2[i] / 2 + sigma);
+    STORE(LOAD(ENTRY(i, i)) + TO_FLOATS(sigma + (stiff + drag[i] + omega2[i] / 2)), ENTRY(i, i));
 
     // the linear parts of both forces and of T d cancel here
-    across[i] = (float)d[at_i];
-    const real rest = (f[at_i] - before[at_i]) - omega2[i] * d[at_i] - along[at_i];
-    slope[i] = mean && square > 0 ? (float)((rest / 2 - 2 * sigma * d[at_i]) / square) : 0;
+    across[i] = TO_FLOATS(d_i);
+    const reals rest = (f_i - before_i) - omega2[i] * d_i - LOAD(along + at_i);
+    slope[i] = TO_FLOATS((rest / 2 - 2 * sigma * d_i) * inverse);
   }
   factor(j, c);
   solve(j, step, c);
@@ -179,7 +203,7 @@ kernel void iterate(global const real *p, global const real *load, global const 
   // what d s' adds, by Sherman and Morrison
   if (mean) {
     solve(j, across, c);
-    float above = 0, below = 1;
+    floats above = 0, below = 1;
     for (int i = 0; i < RANK; i++) {
       above += slope[i] * step[i];
       below += slope[i] * across[i];
@@ -187,31 +211,33 @@ kernel void iterate(global const real *p, global const real *load, global const 
     for (int i = 0; i < RANK; i++)
       step[i] -= across[i] * (above / below);
   }
-  real moved = 0, all = 0;
+  reals moved = 0, all = 0;
   for (int i = 0; i < RANK; i++) {
-    const real next = d[i * PART + c] - step[i];
-    moved += (real)step[i] * step[i];
+    const reals correction = TO_REALS(step[i]), next = LOAD(d + i * PART + c) - correction;
+    moved += correction * correction;
     all += next * next;
-    d[i * PART + c] = next;
+    STORE(next, d + i * PART + c);
   }
-  worst[c] = all == 0 ? 0 : (float)sqrt(moved / all);
+  STORE(TO_FLOATS(select(sqrt(moved / all), (reals)0, all == 0)), worst + c);
 }
 
-/* The end of an implicit step; a body whose last correction is too large stays, now and later. */
+/* The end of an implicit step, one work-item a body; a body whose last correction is too large
+ * stays, now and later. */
 kernel void commit(global real *q, global real *p, global const real *d, global const real *length,
                    global const float *worst, float tolerance, global long *stopped, long made,
                    long at, long count) {
   const int c = get_global_id(0);
-  if (at + c >= count || stopped[at + c] >= 0)
+  const long n = at + c;
+  if (stopped[n] >= 0)
     return;
   if (!(worst[c] <= tolerance)) {
-    stopped[at + c] = made;
+    stopped[n] = made;
     return;
   }
   for (int i = 0; i < RANK; i++) {
-    const long n = i * count + at + c;
-    q[n] += d[i * PART + c];
-    p[n] = 2 * d[i * PART + c] / length[i] - p[n];
+    const real moved = d[i * PART + c];
+    q[i * count + n] += moved;
+    p[i * count + n] = 2 * moved / length[i] - p[i * count + n];
   }
 }
 
@@ -221,7 +247,8 @@ kernel void kick(global real *q, global real *p, global const real *f, global co
                  global real *load_before, global const real *drag, real h, global long *stopped,
                  long made, long at, long count) {
   const int c = get_global_id(0);
-  if (at + c >= count || stopped[at + c] >= 0)
+  const long n = at + c;
+  if (stopped[n] >= 0)
     return;
 
   // what would leave the range of numbers
@@ -229,15 +256,15 @@ kernel void kick(global real *q, global real *p, global const real *f, global co
   for (int i = 0; i < RANK; i++)
     finite = finite && isfinite(f[i * PART + c]);
   if (!finite) {
-    stopped[at + c] = made;
+    stopped[n] = made;
     return;
   }
   for (int i = 0; i < RANK; i++) {
-    const long n = i * count + at + c;
-    const real damping = drag[i] * h * h / 2, mean = (load_before[n] + load[n]) / 2;
-    p[n] = ((1 - damping) * p[n] - h * (f[i * PART + c] - mean)) / (1 + damping);
-    q[n] += h * p[n];
-    load_before[n] = load[n];
+    const long k = i * count + n;
+    const real damping = drag[i] * h * h / 2, mean = (load_before[k] + load[k]) / 2;
+    p[k] = ((1 - damping) * p[k] - h * (f[i * PART + c] - mean)) / (1 + damping);
+    q[k] += h * p[k];
+    load_before[k] = load[k];
   }
 }
 
@@ -245,38 +272,34 @@ kernel void kick(global real *q, global real *p, global const real *f, global co
 kernel void shift_back(global real *p, global const real *f, global const real *load_before,
                        global const real *drag, real h, long at, long count) {
   const int c = get_global_id(0), i = get_global_id(1);
-  const long n = i * count + at + c;
-  if (at + c < count)
-    p[n] += h / 2 * (f[i * PART + c] + drag[i] * h * p[n] - load_before[n]);
+  const long k = i * count + at + c;
+  p[k] += h / 2 * (f[i * PART + c] + drag[i] * h * p[k] - load_before[k]);
 }
 
 kernel void shift_on(global const real *p, global const real *f, global const real *load_before,
                      global const real *drag, real h, global real *timed, long at, long count) {
   const int c = get_global_id(0), i = get_global_id(1);
-  const long n = i * count + at + c;
-  if (at + c < count)
-    timed[n] = (p[n] - h / 2 * (f[i * PART + c] - load_before[n])) / (1 + drag[i] * h * h / 2);
+  const long k = i * count + at + c;
+  timed[k] = (p[k] - h / 2 * (f[i * PART + c] - load_before[k])) / (1 + drag[i] * h * h / 2);
 }
 
 /* Kinetic and strain energy. */
 kernel void energies(global const real *q, global const real *p, global const real *omega2,
                      global const float *y3, global const float *y4, global real *kinetic,
                      global real *strain, long at, long count) {
-  const int c = get_global_id(0);
-  if (at + c >= count)
-    return;
-  real half_square = 0, potential = 0;
+  BODIES;
+  reals half_square = 0, potential = 0;
   for (int i = 0; i < RANK; i++) {
-    const real q_i = q[i * count + at + c], p_i = p[i * count + at + c];
+    const reals q_i = LOAD(q + i * count + n), p_i = LOAD(p + i * count + n);
     half_square += p_i * p_i / 2;
-    potential += omega2[i] * q_i * q_i / 2;
-    real sum = 0;
+    reals sum = omega2[i] * q_i / 2;
     for (int j = 0; j < RANK; j++) {
       const int entry = column_of(i, j) * PART + c;
-      sum += ((real)y3[entry] / 6 + (real)y4[entry] / 12) * q[j * count + at + c];
+      sum += (TO_REALS(LOAD(y3 + entry)) / 6 + TO_REALS(LOAD(y4 + entry)) / 12) *
+             LOAD(q + j * count + n);
     }
     potential += q_i * sum;
   }
-  kinetic[at + c] = half_square;
-  strain[at + c] = potential;
+  STORE(half_square, kinetic + n);
+  STORE(potential, strain + n);
 }

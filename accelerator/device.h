@@ -14,6 +14,8 @@ struct thrum_accelerator {
   opencl_context context;
   opencl_queue queue; /* in order: what is put in starts when all before it has ended */
   thrum_accelerator_info info;
+  int lanes; /* bodies of a work-item: of a processor what its vectors hold, of others one */
+  int wide;  /* of the product with coefficients, which are 4 at least */
 };
 
 /* An argument of a kernel. */

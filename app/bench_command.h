@@ -5,7 +5,8 @@
 #include "config/options.h"
 
 /* X(name); argv[0] is it */
-#define BENCH_COMMAND_LIST(X) X(step) X(kernels) X(batch) X(contact) X(displacement) X(precompute)
+#define BENCH_COMMAND_LIST(X)                                                                      \
+  X(step) X(kernels) X(batch) X(accelerator) X(contact) X(displacement) X(precompute)
 
 #define X(name)                                                                                    \
   extern const config_command command_bench_##name;                                                \

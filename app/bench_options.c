@@ -32,6 +32,12 @@ static thrum_status take_no_machine(const config_given *given, void *request) {
   return THRUM_OK;
 }
 
+static thrum_status take_single(const config_given *given, void *request) {
+  (void)given;
+  ((bench_request *)request)->single = 1;
+  return THRUM_OK;
+}
+
 #define AT(member) CONFIG_AT(bench_request, member)
 #define RANK_OPTION(otherwise)                                                                     \
   OPTION_TEXT("rank", "R,R,...", otherwise, "ranks of the beam", .take = take_ranks,               \
@@ -82,6 +88,18 @@ static const config_option batch_table[] = {
     OPTION_END,
 };
 
+static const config_option accelerator_table[] = {
+    RANK_OPTION("10,20,30"),
+    BATCHES_OPTION("5"),
+    OPTION_COUNT("bodies", "4096", "how many bodies", AT(bodies), CONFIG_RANGE(1, 1e8)),
+    OPTION_COUNT("device", "0", "which device, in the order of clinfo -l", AT(device),
+                 CONFIG_RANGE(0, 1000)),
+    OPTION_FLAG("single", "single precision throughout", .take = take_single),
+    OPTION_GROUP(step_options, "", .field = 0),
+    OPTION_GROUP(common_options, "", .field = 0),
+    OPTION_END,
+};
+
 static const config_option kernels_table[] = {
     RANK_OPTION("5,10,15,20,30,45,60"),
     BATCHES_OPTION("40"),
@@ -118,6 +136,18 @@ const config_command command_bench_batch = {
                 "bench batch --rank 15,30,60 --kernel avx2 --json",
 };
 
+const config_command command_bench_accelerator = {
+    .name = "bench accelerator",
+    .summary = "a crowd of bodies on a device of OpenCL",
+    .usage = "[MODEL] [OPTIONS]",
+    .about = "Steps in a second of bodies that swing, all together on one device, by energy, "
+             "midpoint or verlet; how much of the device's own rate of arithmetic that is; and by "
+             "how much they end elsewhere than by thrum_step." MODEL_ABOUT,
+    .options = accelerator_table,
+    .examples = "bench accelerator --bodies 10000 --rank 20\n"
+                "bench accelerator --device 1 --integrator midpoint --json",
+};
+
 const config_command command_bench_kernels = {
     .name = "bench kernels",
     .summary = "the passes over the coefficients",
@@ -151,6 +181,14 @@ int bench_options_read(const config_command *about, int argc, char **argv, bench
     request->ranks[0] = 30;
     request->rank_count = 1;
     request->batches = 10;
+  }
+
+  if (strcmp(command, "bench accelerator") == 0) {
+    static const int64_t ranks[] = {10, 20, 30};
+    memcpy(request->ranks, ranks, sizeof ranks);
+    request->rank_count = 3;
+    request->batches = 5;
+    request->bodies = 4096;
   }
 
   // a model has its own rank, and --implicit sets the time step

@@ -22,7 +22,9 @@ typedef struct bench_request {
   bench_step step;
   thrum_kernel_id kernel;
   int64_t batches;
-  int64_t bodies;     /* of bench batch */
+  int64_t bodies; /* of bench batch and bench accelerator */
+  int64_t device; /* of bench accelerator */
+  int32_t single;
   const char *folder; /* for a table and a plot; NULL: none */
   bool machine;       /* measure the machine too */
   bool json, quiet;

@@ -11,7 +11,7 @@ static const config_option options[] = {OPTION_HELP, OPTION_END};
 const config_command command_bench = {
     .name = "bench",
     .summary = "measure the runtime on this machine",
-    .usage = "step|kernels|batch|contact|displacement|precompute [OPTIONS]",
+    .usage = "step|kernels|batch|accelerator|contact|displacement|precompute [OPTIONS]",
     .about = "Measures the runtime on one core of this machine: microseconds, minimum and median. "
              "Each measurement has options of its own, which thrum bench step --help and so on "
              "list.",
@@ -19,6 +19,7 @@ const config_command command_bench = {
     .examples = "bench step --rank 15,30,60 --implicit 3\n"
                 "bench kernels --kernel avx2\n"
                 "bench batch --bodies 300 --rank 30\n"
+                "bench accelerator --bodies 10000 --rank 20\n"
                 "bench contact\n"
                 "bench displacement\n"
                 "bench displacement --vertices 5000 --rank 60 --json",

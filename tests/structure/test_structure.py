@@ -47,7 +47,7 @@ LAYERS = {
     "config": {"platform", "io"},
     "driver": {"platform", "io", "mesh", "precompute", "config"},
     "validation": {"platform", "io", "mesh", "precompute", "config", "driver"},
-    "bench": {"platform", "io", "mesh", "precompute"},
+    "bench": {"platform", "io", "mesh", "precompute", "accelerator"},
     "app": {"platform", "io", "mesh", "precompute", "config", "driver", "validation", "bench"},
     "mpi": {"platform", "io", "mesh", "precompute", "config", "driver", "app"},
     "viewer": {"javascript"},
