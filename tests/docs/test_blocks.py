@@ -21,10 +21,11 @@ FENCE = re.compile(r"^( *)```(\w*)\n(.*?)^\1```$", re.M | re.S)
 MADE = """
 const thrum_model *model, const thrum_model *stepped, thrum_state *state, thrum_state_def *def, thrum_scene *scene,
 thrum_contact *contact, thrum_contact_environment environment, const thrum_surface *surface, thrum_error error, void *memory,
-size_t size, int64_t steps, int64_t count, int32_t vertex, int32_t number, float *buffer, double *q, double *x, double *u
+thrum_accelerator *accelerator, thrum_crowd *crowd, double *p, size_t size, int64_t steps, int64_t count, int32_t vertex, int32_t number, float *buffer, double *q, double *x, double *u
 """
 # a function around a fragment, and the one of examples/tutorial/pluck.c that the tutorial shows a part of
 FRAGMENT = """
+#include "thrum/accelerator.h"
 #include "thrum/scene.h"
 #include "thrum/thrum.h"
 thrum_status print_row(const thrum_model *, thrum_state *, int32_t, thrum_error *);
