@@ -7,12 +7,14 @@ _thrum() {
     words='help precompute mesh check convert simulate compare view static response identify experiments tradeoff verify info embed export bench schema'
   else
     case "$command $previous" in
-    'bench bench') words='step kernels batch contact displacement precompute ' ;;
+    'bench bench') words='step kernels batch accelerator contact displacement precompute ' ;;
   'bench step --integrator') words='imexv newmark verlet midpoint energy fox-goodwin backward-euler semi-implicit-euler rk4 manifold' ;;
   'bench step '*) words='--rank --batches --integrator --dt --implicit --swing --steps --kernel --no-machine --output --json --quiet --help' ;;
   'bench kernels '*) words='--rank --batches --implicit --kernel --no-machine --output --json --quiet --help' ;;
   'bench batch --integrator') words='imexv newmark verlet midpoint energy fox-goodwin backward-euler semi-implicit-euler rk4 manifold' ;;
   'bench batch '*) words='--rank --batches --bodies --integrator --dt --implicit --swing --steps --kernel --no-machine --output --json --quiet --help' ;;
+  'bench accelerator --integrator') words='imexv newmark verlet midpoint energy fox-goodwin backward-euler semi-implicit-euler rk4 manifold' ;;
+  'bench accelerator '*) words='--rank --batches --bodies --device --single --integrator --dt --implicit --swing --steps --kernel --no-machine --output --json --quiet --help' ;;
   'bench contact '*) words='--bodies --pairs --rank --dt --steps --threads --json --help' ;;
   'bench displacement '*) words='--vertices --rank --repetitions --json --help' ;;
   'bench precompute '*) words='--tets --ranks --modes --rank --threads --json --help' ;;
