@@ -159,6 +159,7 @@ static thrum_status make_loads(response_curve *c, thrum_error *error) {
         response_load_add(c->shape, load, c->loads[0], c->loads[1], c->loads[2], reduced, error));
     for (int64_t i = 0; i < rank; i++)
       idle = idle && reduced[i] == 0;
+    idle = idle || (load->base && c->shape->rigid != NULL);
     any = any || (load->swings && !idle);
     if (idle && n + 1 == request->load_count && !any)
       return thrum_error_set(error, THRUM_MISSING,

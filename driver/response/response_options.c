@@ -200,7 +200,8 @@ const config_command command_response = {
              "and of each\n"
              "TARGET the largest displacement, then of each harmonic k and axis the amplitude [m] "
              "and the\n"
-             "phase [degrees] ahead of sin(k Omega t). The load is sin(Omega t).\n",
+             "phase [degrees] ahead of sin(k Omega t). The load is sin(Omega t); with --periods N\n"
+             "harmonic k is that of k Omega / N.\n",
     .examples =
         "response panel.npz --mode 1 -o backbone\n"
         "response panel.npz --load sine:0,0,10@load --damping-ratio 0.002 --from 20 --to 26 "

@@ -426,6 +426,17 @@ static void warn_of_end(const response_curve *curve) {
   }
 }
 
+/* A backbone that ends before its amplitude. */
+static void warn_of_amplitude(const response_curve *c) {
+  const int64_t best = peak_row(c);
+  if (!isfinite(c->request->amplitude) || c->report.end == THRUM_RESPONSE_END_AMPLITUDE || best < 0)
+    return;
+  config_warn("--amplitude %g m was not reached: %s moves by %.3g m at most, at %.6g Hz; widen "
+              "--from and --to",
+              c->request->amplitude, c->at[0], c->peak[best * c->target_count],
+              hertz(c->rows[best].point.omega));
+}
+
 void response_report_warn(const response_curve *curve, const response_worth *worth) {
   const response_request *request = curve->request;
   const int64_t mode = request->mode - 1, twin = twin_of(curve->stepped, mode);
@@ -451,6 +462,7 @@ void response_report_warn(const response_curve *curve, const response_worth *wor
     config_warn("--branch %lld: the curve has %lld branch points, and went straight on",
                 (long long)request->branch, (long long)branch_points(curve));
   warn_of_end(curve);
+  warn_of_amplitude(curve);
   if (worth->stopped && curve->report.end != THRUM_RESPONSE_END_STOPPED)
     config_warn("stopped after %d motions of the mesh: whether it follows the others is not known",
                 (int)worth->count);

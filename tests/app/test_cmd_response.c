@@ -286,6 +286,14 @@ static void a_backbone_ends_at_its_amplitude(void **state) {
   // the mesh of a small body is stepped on three motions without being asked for
   assert_int_equal(cJSON_GetArraySize(cJSON_GetObjectItemCaseSensitive(object, "mesh")), 3);
   cJSON_Delete(object);
+
+  // one that leaves the range before says so
+  program_result run =
+      thrum_run(folder, "response", "beam.npz", "--mode", "1", "--amplitude", "0.02", "--harmonics",
+                "3", "--to", "63", "--stability", "off", "--no-check", "-q", NULL);
+  assert_int_equal(run.exit_code, 0);
+  assert_non_null(strstr(run.err, "--amplitude 0.02 m was not reached"));
+  program_result_free(&run);
 }
 
 /* Of two modes near 1:1 all terms to order 7 are there, and they agree less far than of one. */
@@ -369,6 +377,10 @@ static void a_free_mesh_feels_what_bends_it(void **state) {
   assert_int_equal(run.exit_code, 0);
   program_result_free(&run);
   assert_true(missed_by("free.npz", "sine:0,0,0.001@tip", "0.02", "12", "14") < 0.01);
+
+  // what holds it does not move it, where nothing holds it
+  refuse(1, "nothing holds the body",
+         thrum_run(folder, "response", "free.npz", "--base-motion", "sine:0,0,1", NULL));
 }
 
 /* The same miss is worth more of a loss that is smaller. */
