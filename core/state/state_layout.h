@@ -25,7 +25,7 @@
 
 /* The version of the header and the arrays below; it is raised with each change of them, so that a
  * snapshot of another version is known. */
-#define THRUM_STATE_VERSION 19
+#define THRUM_STATE_VERSION 20
 
 /* --- the header ------------------------------------------------------------------------------- */
 

@@ -5,11 +5,14 @@
  *   tendon             f = a m,    m = sum |x_{i+1} - x_i| - L(0)
  *   gas                f = -(p + a) V0 ln(1 + m/V0) + p m
  *
- * so that the force is f' grad m, and the tangent f' m'' + f'' (grad m)(grad m)^T. C is stored by
- * its gradient, sum over i <= j of q_i q_j times a row: products with those rows are products of
- * matrices, which every kernel has.
- * Cost: a strain r^2, a chamber r^3/2 + r^2, a tendon of n guides 6 n r; of a tangent a chamber
- * r^3, a tendon 2 n r^2.
+ * so that the force is f' grad m, and the tangent f' m'' + f'' (grad m)(grad m)^T. What is a
+ * polynomial times a level is summed up where levels change: all pressures and strains are then one
+ * polynomial. C is stored by its gradient, sum over i <= j of q_i q_j times a row: products with
+ * those rows are products of matrices, which every kernel has. The straight parts of all tendons
+ * are taken together, axis by axis, in bundles.
+ * Cost: r^2 of all strains, r^3/2 of all pressures and of each gas, 6 n r of tendons with n
+ * straight parts in all; of a tangent a chamber r^3, tendons 2 n r^2. A change of the levels of a
+ * actuators: a r^2, and r^3/2 of each chamber where there are two.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include "core/base/fp_contract.h"
@@ -24,11 +27,10 @@
 /* Numbers that describe how straight parts turn, at a time: two parts at least. */
 enum { TURNS_MAX = 4 * THRUM_RANK_MAX };
 
-/* --- what is kept ----------------------------------------------------------------------------- */
+/* Straight parts that are taken together. */
+enum { BUNDLE = 64 };
 
-int64_t thrum_acting_count(const thrum_model *model) {
-  return THRUM_ACTING_ROWS * model->actuator_count + 3 * model->guide_count * model->rank;
-}
+/* --- what is kept ----------------------------------------------------------------------------- */
 
 static int64_t guide_begin(const thrum_model *model, int64_t k) {
   return k > 0 && model->guide_ends ? model->guide_ends[k - 1] : 0;
@@ -38,57 +40,38 @@ static int64_t guides_of(const thrum_model *model, int64_t k) {
   return model->guide_ends ? model->guide_ends[k] - guide_begin(model, k) : 0;
 }
 
-/* The rows of the guides of tendon k, transposed: rank x 3 guides. */
-static int64_t turned_at(const thrum_model *model, int64_t k) {
-  return THRUM_ACTING_ROWS * model->actuator_count + 3 * guide_begin(model, k) * model->rank;
+static int64_t count_of(const thrum_model *model, int32_t kind) {
+  int64_t count = 0;
+  for (int64_t k = 0; k < model->actuator_count; k++)
+    count += model->actuator_kind[k] == kind;
+  return count;
 }
 
-void thrum_acting_fill(const thrum_model *model, double *levels) {
+/* Where the numbers behind the rows begin: the summed polynomial, whose cubic part is there where
+ * several pressures have one; then of the straight parts of all tendons, in bundles, each axis by
+ * axis: how they are at rest (3), how they move with the coordinates (3 x rank), and the same
+ * transposed. */
+typedef struct kept {
+  int64_t linear, quadratic, cubic, rest, rows, turned, end;
+  int64_t pressures, parts;
+} kept;
+
+static kept kept_of(const thrum_model *model) {
   const int64_t r = model->rank;
-  memset(levels, 0, (size_t)(THRUM_ACTING_ROWS * model->actuator_count) * sizeof *levels);
-  for (int64_t k = 0; k < model->actuator_count; k++) {
-    const int64_t rows = 3 * guides_of(model, k), first = 3 * guide_begin(model, k) * r;
-    double *to = levels + turned_at(model, k);
-    for (int64_t g = 0; g < rows; g++)
-      for (int64_t i = 0; i < r; i++)
-        to[i * rows + g] = model->guide_rows[first + g * r + i];
-  }
+  kept at = {.linear = THRUM_ACTING_ROWS * model->actuator_count,
+             .pressures = count_of(model, THRUM_ACTUATOR_PRESSURE),
+             .parts = model->guide_count - count_of(model, THRUM_ACTUATOR_TENDON)};
+  at.quadratic = at.linear + r;
+  at.cubic = at.quadratic + r * r;
+  at.rest = at.cubic + (at.pressures > 1 ? model->actuator_cube : 0);
+  at.rows = at.rest + 3 * at.parts;
+  at.turned = at.rows + 3 * at.parts * r;
+  at.end = at.turned + 3 * at.parts * r;
+  return at;
 }
 
-int64_t thrum_acting_chamber(const thrum_model *model, int64_t k) {
-  int64_t before = 0;
-  for (int64_t n = 0; n < k; n++)
-    before += model->actuator_kind[n] == THRUM_ACTUATOR_PRESSURE ||
-              model->actuator_kind[n] == THRUM_ACTUATOR_GAS;
-  return before;
-}
-
-/* --- polynomials ------------------------------------------------------------------------------ */
-
-/* An actuator where it is evaluated. */
-typedef struct acting {
-  const thrum_kernel *by;
-  const thrum_model *model;
-  int64_t k, rank;
-  int32_t kind;
-  const double *q;
-} acting;
-
-static acting acting_of(const thrum_kernel *by, const thrum_model *model, int64_t k,
-                        const double *q) {
-  return (acting){by, model, k, model->rank, model->actuator_kind[k], q};
-}
-
-static bool has_volume(const acting *a) {
-  return a->kind == THRUM_ACTUATOR_PRESSURE || a->kind == THRUM_ACTUATOR_GAS;
-}
-
-static const double *quadratic_of(const acting *a) {
-  return a->model->actuator_quadratic + a->k * a->rank * a->rank;
-}
-
-static const double *cubic_of(const acting *a) {
-  return a->model->actuator_cubic + thrum_acting_chamber(a->model, a->k) * a->model->actuator_cube;
+int64_t thrum_acting_count(const thrum_model *model) {
+  return kept_of(model).end;
 }
 
 /* Adds `by` times `from`. */
@@ -104,109 +87,233 @@ static double dot(int64_t count, const double *x, const double *y) {
   return sum;
 }
 
-/* The gradient of C at q. */
-static void cubic_gradient(const acting *a, double *gradient) {
-  const double *rows = cubic_of(a);
-  const int64_t r = a->rank;
-  double part[THRUM_RANK_MAX];
-  memset(gradient, 0, (size_t)r * sizeof *gradient);
-  for (int64_t i = 0; i < r; rows += (r - i) * r, i++) {
-    a->by->product(r - i, r, rows, a->q + i, part);
-    add_times(r, a->q[i], part, gradient);
+static int64_t bundle_size(const kept *at, int64_t first) {
+  return at->parts - first < BUNDLE ? at->parts - first : BUNDLE;
+}
+
+/* A straight part from guide g on, which is part n of all. */
+static void fill_part(const thrum_model *model, const kept *at, int64_t g, int64_t n,
+                      double *levels) {
+  const int64_t r = model->rank, first = n / BUNDLE * BUNDLE, size = bundle_size(at, first);
+  for (int64_t axis = 0; axis < 3; axis++) {
+    const int64_t place = axis * size + (n - first);
+    const double *from = model->guide_rows + (3 * g + axis) * r, *to = from + 3 * r;
+    levels[at->rest + 3 * first + place] =
+        model->guide_places[3 * (g + 1) + axis] - model->guide_places[3 * g + axis];
+    for (int64_t i = 0; i < r; i++) {
+      levels[at->rows + (3 * first + place) * r + i] = to[i] - from[i];
+      levels[at->turned + 3 * first * r + i * 3 * size + place] = to[i] - from[i];
+    }
   }
 }
 
-/* m of a polynomial and its gradient. */
-static double polynomial_measure(const acting *a, double *gradient) {
-  const int64_t r = a->rank;
-  const double *linear = a->model->actuator_linear + a->k * r, *q = a->q;
+void thrum_acting_fill(const thrum_model *model, double *levels) {
+  const kept at = kept_of(model);
+  memset(levels, 0, (size_t)at.rest * sizeof *levels);
+  for (int64_t k = 0, n = 0; k < model->actuator_count; k++)
+    for (int64_t g = 0; g + 1 < guides_of(model, k); g++, n++)
+      fill_part(model, &at, guide_begin(model, k) + g, n, levels);
+}
+
+static bool has_volume(const thrum_model *model, int64_t k) {
+  return model->actuator_kind[k] == THRUM_ACTUATOR_PRESSURE ||
+         model->actuator_kind[k] == THRUM_ACTUATOR_GAS;
+}
+
+/* Whether it is one of the polynomials that are summed up. */
+static bool is_summed(const thrum_model *model, int64_t k) {
+  return model->actuator_kind[k] == THRUM_ACTUATOR_PRESSURE ||
+         model->actuator_kind[k] == THRUM_ACTUATOR_STRAIN;
+}
+
+void thrum_acting_sum(const thrum_model *model, double *levels) {
+  const kept at = kept_of(model);
+  const int64_t r = model->rank;
+  const double *cubic = model->actuator_cubic;
+  memset(levels + at.linear, 0, (size_t)(at.rest - at.linear) * sizeof *levels);
+  for (int64_t k = 0; k < model->actuator_count; k++) {
+    if (is_summed(model, k) && levels[k] != 0.0) {
+      add_times(r, -levels[k], model->actuator_linear + k * r, levels + at.linear);
+      add_times(r * r, -levels[k], model->actuator_quadratic + k * r * r, levels + at.quadratic);
+      if (at.pressures > 1 && has_volume(model, k))
+        add_times(model->actuator_cube, -levels[k], cubic, levels + at.cubic);
+    }
+    if (has_volume(model, k))
+      cubic += model->actuator_cube;
+  }
+}
+
+/* --- polynomials ------------------------------------------------------------------------------ */
+
+/* linear q + 1/2 q quadratic q + by C(q), where it is evaluated. */
+typedef struct form {
+  const thrum_kernel *kernel;
+  int64_t rank;
+  const double *linear, *quadratic, *cubic; /* the last one by the rows of its gradient, or NULL */
+  double by;
+} form;
+
+static const double *cubic_of(const thrum_model *model, int64_t k) {
+  if (!has_volume(model, k))
+    return NULL;
+  int64_t before = 0;
+  for (int64_t n = 0; n < k; n++)
+    before += has_volume(model, n);
+  return model->actuator_cubic + before * model->actuator_cube;
+}
+
+/* The measure of one. */
+static form form_of(const thrum_kernel *by, const thrum_model *model, int64_t k) {
+  const int64_t r = model->rank;
+  return (form){by,
+                r,
+                model->actuator_linear + k * r,
+                model->actuator_quadratic + k * r * r,
+                cubic_of(model, k),
+                1.0};
+}
+
+/* What all pressures and strains add to V: false where that is nothing. */
+static bool form_of_all(const thrum_kernel *by, const thrum_model *model, form *f) {
+  const kept at = kept_of(model);
+  bool acts = false;
+  *f = (form){by, model->rank, model->levels + at.linear, model->levels + at.quadratic, NULL, 1.0};
+  for (int64_t k = 0; k < model->actuator_count; k++) {
+    if (!is_summed(model, k) || model->levels[k] == 0.0)
+      continue;
+    acts = true;
+    if (!has_volume(model, k))
+      continue;
+    f->cubic = at.pressures > 1 ? model->levels + at.cubic : cubic_of(model, k);
+    f->by = at.pressures > 1 ? 1.0 : -model->levels[k];
+  }
+  return acts;
+}
+
+/* The gradient of C at q. */
+static void cubic_gradient(const form *f, const double *q, double *gradient) {
+  const double *rows = f->cubic;
+  const int64_t r = f->rank;
+  double part[THRUM_RANK_MAX];
+  memset(gradient, 0, (size_t)r * sizeof *gradient);
+  for (int64_t i = 0; i < r; rows += (r - i) * r, i++) {
+    f->kernel->product(r - i, r, rows, q + i, part);
+    add_times(r, q[i], part, gradient);
+  }
+}
+
+/* Its value and gradient. */
+static double form_value(const form *f, const double *q, double *gradient) {
+  const int64_t r = f->rank;
   double cubic[THRUM_RANK_MAX];
-  a->by->product(r, r, quadratic_of(a), q, gradient);
-  double sum = dot(r, linear, q) + 0.5 * dot(r, gradient, q);
-  add_times(r, 1.0, linear, gradient);
-  if (has_volume(a)) {
-    cubic_gradient(a, cubic);
-    sum += dot(r, cubic, q) / 3.0;
-    add_times(r, 1.0, cubic, gradient);
+  f->kernel->product(r, r, f->quadratic, q, gradient);
+  double sum = dot(r, f->linear, q) + 0.5 * dot(r, gradient, q);
+  add_times(r, 1.0, f->linear, gradient);
+  if (f->cubic) {
+    cubic_gradient(f, q, cubic);
+    sum += f->by * dot(r, cubic, q) / 3.0;
+    add_times(r, f->by, cubic, gradient);
   }
   return sum;
 }
 
-/* hessian += by m'' */
-static void add_polynomial_hessian(const acting *a, double by, double *hessian) {
-  const int64_t r = a->rank;
-  add_times(r * r, by, quadratic_of(a), hessian);
-  if (!has_volume(a))
-    return;
-  const double *row = cubic_of(a);
-  for (int64_t i = 0; i < r; i++)
+/* hessian += times its Hessian */
+static void add_form_hessian(const form *f, double times, const double *q, double *hessian) {
+  const int64_t r = f->rank;
+  const double by = times * f->by, *row = f->cubic;
+  add_times(r * r, times, f->quadratic, hessian);
+  for (int64_t i = 0; row && i < r; i++)
     for (int64_t j = i; j < r; j++, row += r) {
-      add_times(r, by * a->q[j], row, hessian + i * r);
-      add_times(r, by * a->q[i], row, hessian + j * r);
+      add_times(r, by * q[j], row, hessian + i * r);
+      add_times(r, by * q[i], row, hessian + j * r);
     }
 }
 
-/* product += by m'' v */
-static void add_polynomial_product(const acting *a, double by, const double *v, double *product) {
-  const int64_t r = a->rank;
+/* product += times its Hessian times v */
+static void add_form_product(const form *f, double times, const double *q, const double *v,
+                             double *product) {
+  const int64_t r = f->rank;
+  const double by = times * f->by, *rows = f->cubic;
   double part[THRUM_RANK_MAX];
-  a->by->product(r, r, quadratic_of(a), v, part);
-  add_times(r, by, part, product);
-  if (!has_volume(a))
-    return;
-  const double *rows = cubic_of(a);
-  for (int64_t i = 0; i < r; rows += (r - i) * r, i++) {
-    a->by->product(r - i, r, rows, a->q + i, part);
+  f->kernel->product(r, r, f->quadratic, v, part);
+  add_times(r, times, part, product);
+  for (int64_t i = 0; rows && i < r; rows += (r - i) * r, i++) {
+    f->kernel->product(r - i, r, rows, q + i, part);
     add_times(r, by * v[i], part, product);
-    a->by->product(r - i, r, rows, v + i, part);
-    add_times(r, by * a->q[i], part, product);
+    f->kernel->product(r - i, r, rows, v + i, part);
+    add_times(r, by * q[i], part, product);
   }
 }
 
 /* --- tendons ---------------------------------------------------------------------------------- */
 
-/* A tendon: its guides, and the directions and lengths of its straight parts. */
-typedef struct tendon {
-  int64_t guides;
-  const double *rows; /* 3 guides x rank */
-  double direction[THRUM_GUIDES_MAX][3], length[THRUM_GUIDES_MAX];
-} tendon;
+/* Straight parts of tendons, axis by axis, under the tensions of their tendons. */
+typedef struct bundle {
+  const thrum_kernel *kernel;
+  int64_t rank, size;
+  const double *rest, *rows, *turned;
+  double along[3 * BUNDLE], length[BUNDLE], tension[BUNDLE];
+} bundle;
 
-/* How the guides move with a change of the coordinates. */
-static void move_guides(const acting *a, int64_t guides, const double *by, double *moved) {
-  a->by->product(a->rank, 3 * guides, a->model->levels + turned_at(a->model, a->k), by, moved);
-}
+/* The tendons from the first to the last, part by part. */
+typedef struct walk {
+  const thrum_model *model;
+  const double *tensions; /* of the actuators */
+  int64_t k, left;        /* the tendon, and its parts to come */
+} walk;
 
-/* Returns the length beyond that at rest. */
-static double stretch_tendon(const acting *a, tendon *t) {
-  const thrum_model *model = a->model;
-  const int64_t first = guide_begin(model, a->k);
-  double at[3 * THRUM_GUIDES_MAX], sum = 0.0;
-  t->guides = guides_of(model, a->k);
-  t->rows = model->guide_rows + 3 * first * a->rank;
-  move_guides(a, t->guides, a->q, at);
-  add_times(3 * t->guides, 1.0, model->guide_places + 3 * first, at);
-  for (int64_t n = 0; n + 1 < t->guides; n++) {
-    for (int axis = 0; axis < 3; axis++)
-      t->direction[n][axis] = at[3 * (n + 1) + axis] - at[3 * n + axis];
-    const double length = sqrt(dot(3, t->direction[n], t->direction[n]));
-    for (int axis = 0; axis < 3; axis++)
-      t->direction[n][axis] /= length;
-    t->length[n] = length;
-    sum += length;
+static void walk_next(walk *w) {
+  while (w->left == 0) {
+    w->k++;
+    w->left = guides_of(w->model, w->k) - (guides_of(w->model, w->k) > 0);
   }
-  return sum - model->actuator_rest[3 * a->k];
+  w->left--;
 }
 
-/* grad m */
-static void tendon_gradient(const acting *a, const tendon *t, double *gradient) {
-  double pull[3 * THRUM_GUIDES_MAX] = {0.0};
-  for (int64_t n = 0; n + 1 < t->guides; n++)
-    for (int axis = 0; axis < 3; axis++) {
-      pull[3 * n + axis] -= t->direction[n][axis];
-      pull[3 * (n + 1) + axis] += t->direction[n][axis];
-    }
-  a->by->product(3 * t->guides, a->rank, t->rows, pull, gradient);
+static walk walk_begin(const thrum_model *model, const double *tensions) {
+  return (walk){model, tensions, -1, 0};
+}
+
+/* The parts from `first` on; false where none is under tension. */
+static bool bundle_take(const thrum_kernel *by, const kept *at, int64_t first, walk *w, bundle *b) {
+  const double *levels = w->model->levels;
+  const int64_t r = w->model->rank;
+  b->kernel = by;
+  b->rank = r;
+  b->size = bundle_size(at, first);
+  b->rest = levels + at->rest + 3 * first;
+  b->rows = levels + at->rows + 3 * first * r;
+  b->turned = levels + at->turned + 3 * first * r;
+  bool pulls = false;
+  for (int64_t n = 0; n < b->size; n++) {
+    walk_next(w);
+    b->tension[n] = w->tensions[w->k];
+    pulls = pulls || b->tension[n] != 0.0;
+  }
+  return pulls;
+}
+
+/* Where its parts lead at q. */
+static void bundle_stretch(bundle *b, const double *q) {
+  const int64_t n = b->size;
+  double *x = b->along, *y = x + n, *z = y + n;
+  b->kernel->product(b->rank, 3 * n, b->turned, q, x);
+  add_times(3 * n, 1.0, b->rest, x);
+  for (int64_t i = 0; i < n; i++)
+    b->length[i] = sqrt(x[i] * x[i] + y[i] * y[i] + z[i] * z[i]);
+}
+
+/* gradient += that of tension times length */
+static void add_bundle_gradient(const bundle *b, double *gradient) {
+  double pull[3 * BUNDLE], part[THRUM_RANK_MAX];
+  const int64_t n = b->size;
+  for (int64_t i = 0; i < n; i++) {
+    const double by = b->tension[i] == 0.0 ? 0.0 : b->tension[i] / b->length[i];
+    for (int64_t axis = 0; axis < 3; axis++)
+      pull[axis * n + i] = by * b->along[axis * n + i];
+  }
+  b->kernel->product(3 * n, b->rank, b->rows, pull, part);
+  add_times(b->rank, 1.0, part, gradient);
 }
 
 /* Two directions across that of a straight part. */
@@ -216,117 +323,158 @@ static void across(const double along[3], double side[2][3]) {
                                                                                          : 2;
   double unit[3] = {0.0, 0.0, 0.0};
   unit[least] = 1.0;
-  thrum_cross3(along, unit, side[0]);
-  const double length = sqrt(dot(3, side[0], side[0]));
-  for (int axis = 0; axis < 3; axis++)
-    side[0][axis] /= length;
-  thrum_cross3(along, side[0], side[1]);
+  for (int s = 0; s < 2; s++) {
+    thrum_cross3(along, s == 0 ? unit : side[0], side[s]);
+    const double length = sqrt(dot(3, side[s], side[s]));
+    for (int axis = 0; axis < 3; axis++)
+      side[s][axis] /= length;
+  }
 }
 
-/* How the coordinates move a straight part across, along both sides: rank numbers each. */
-static void turned_by(const acting *a, const tendon *t, int64_t n, double *turned) {
-  const int64_t r = a->rank;
-  const double *from = t->rows + 3 * n * r, *to = from + 3 * r;
+/* How the coordinates move part i across, along both sides: rank numbers each. */
+static void turned_by(const bundle *b, int64_t i, double *turned) {
+  const int64_t r = b->rank, n = b->size;
+  const double *x = b->rows + i * r, *y = x + n * r, *z = y + n * r;
+  const double along[3] = {b->along[i], b->along[n + i], b->along[2 * n + i]};
   double side[2][3];
-  across(t->direction[n], side);
+  across(along, side);
   for (int s = 0; s < 2; s++)
-    for (int64_t i = 0; i < r; i++)
-      turned[s * r + i] = side[s][0] * (to[i] - from[i]) + side[s][1] * (to[r + i] - from[r + i]) +
-                          side[s][2] * (to[2 * r + i] - from[2 * r + i]);
+    for (int64_t c = 0; c < r; c++)
+      turned[s * r + c] = side[s][0] * x[c] + side[s][1] * y[c] + side[s][2] * z[c];
 }
 
-/* hessian += by m'': what moves a straight part across turns its pull. Parts go into one pass over
+/* hessian += that: what moves a straight part across turns its pull. Parts go into one pass over
  * the matrix, as many as there is room for. */
-static void add_tendon_hessian(const acting *a, const tendon *t, double by, double *hessian) {
-  const int64_t r = a->rank, most = TURNS_MAX / (2 * r);
+static void add_bundle_hessian(const bundle *b, double *hessian) {
+  const int64_t r = b->rank, most = TURNS_MAX / (2 * r);
   double turned[TURNS_MAX], scaled[TURNS_MAX];
-  for (int64_t first = 0; first + 1 < t->guides; first += most) {
-    const int64_t left = t->guides - 1 - first, count = left < most ? left : most;
-    for (int64_t n = 0; n < count; n++) {
-      turned_by(a, t, first + n, turned + 2 * n * r);
-      for (int64_t i = 0; i < 2 * r; i++)
-        scaled[2 * n * r + i] = by / t->length[first + n] * turned[2 * n * r + i];
+  for (int64_t i = 0; i < b->size;) {
+    int64_t count = 0;
+    for (; i < b->size && count < most; i++) {
+      if (b->tension[i] == 0.0)
+        continue;
+      double *at = turned + 2 * count * r;
+      turned_by(b, i, at);
+      for (int64_t c = 0; c < 2 * r; c++)
+        scaled[2 * count * r + c] = b->tension[i] / b->length[i] * at[c];
+      count++;
     }
     const thrum_two pairs = {scaled, turned, scaled + r, turned + r, count, 2 * r};
-    a->by->rank_two(r, false, &pairs, hessian);
+    b->kernel->rank_two(r, false, &pairs, hessian);
   }
 }
 
-/* product += by m'' v */
-static void add_tendon_product(const acting *a, const tendon *t, double by, const double *v,
-                               double *product) {
-  double moved[3 * THRUM_GUIDES_MAX], pull[3 * THRUM_GUIDES_MAX] = {0.0}, part[THRUM_RANK_MAX];
-  move_guides(a, t->guides, v, moved);
-  for (int64_t n = 0; n + 1 < t->guides; n++) {
-    double change[3];
-    for (int axis = 0; axis < 3; axis++)
-      change[axis] = moved[3 * (n + 1) + axis] - moved[3 * n + axis];
-    const double along = dot(3, t->direction[n], change);
-    for (int axis = 0; axis < 3; axis++) {
-      const double turn = (change[axis] - along * t->direction[n][axis]) / t->length[n];
-      pull[3 * n + axis] -= turn;
-      pull[3 * (n + 1) + axis] += turn;
+/* What all tendons add to V at q, with derivatives where they are asked for; their lengths beyond
+ * those at rest into `measures`, where that is not NULL. */
+static double pull_tendons(const thrum_kernel *by, const thrum_model *model, const double *tensions,
+                           const double *q, double *gradient, double *hessian, double *measures) {
+  const kept at = kept_of(model);
+  walk w = walk_begin(model, tensions), ends = w;
+  double sum = 0.0, length = 0.0;
+  bundle b;
+  for (int64_t first = 0; first < at.parts; first += b.size) {
+    const bool pulls = bundle_take(by, &at, first, &w, &b);
+    if (!pulls && !measures && ends.left == 0) {
+      ends = w;
+      continue;
     }
+    bundle_stretch(&b, q);
+
+    // of each tendon that ends here
+    for (int64_t i = 0; i < b.size; i++) {
+      walk_next(&ends);
+      length += b.length[i];
+      if (ends.left > 0)
+        continue;
+      const double m = length - model->actuator_rest[3 * ends.k];
+      sum += tensions[ends.k] * m;
+      if (measures)
+        measures[ends.k] = m;
+      length = 0.0;
+    }
+    if (pulls && gradient)
+      add_bundle_gradient(&b, gradient);
+    if (pulls && hessian)
+      add_bundle_hessian(&b, hessian);
   }
-  a->by->product(3 * t->guides, a->rank, t->rows, pull, part);
-  add_times(a->rank, by, part, product);
+  return sum;
+}
+
+/* product += the Hessian of all tendons times v */
+static void add_tendon_product(const thrum_kernel *by, const thrum_model *model, const double *q,
+                               const double *v, double *product) {
+  const kept at = kept_of(model);
+  walk w = walk_begin(model, model->levels);
+  double moved[3 * BUNDLE], part[THRUM_RANK_MAX];
+  bundle b;
+  for (int64_t first = 0; first < at.parts; first += b.size) {
+    if (!bundle_take(by, &at, first, &w, &b))
+      continue;
+    bundle_stretch(&b, q);
+    by->product(b.rank, 3 * b.size, b.turned, v, moved);
+    for (int64_t i = 0; i < b.size; i++) {
+      double along = 0.0;
+      for (int64_t axis = 0; axis < 3; axis++)
+        along += b.along[axis * b.size + i] * moved[axis * b.size + i];
+      along /= b.length[i] * b.length[i];
+      for (int64_t axis = 0; axis < 3; axis++) {
+        const double across = moved[axis * b.size + i] - along * b.along[axis * b.size + i];
+        moved[axis * b.size + i] = b.tension[i] == 0.0 ? 0.0 : b.tension[i] * across / b.length[i];
+      }
+    }
+    by->product(3 * b.size, b.rank, b.rows, moved, part);
+    add_times(b.rank, 1.0, part, product);
+  }
+}
+
+/* --- gas -------------------------------------------------------------------------------------- */
+
+/* f, f' and f'' of a gas whose volume is m beyond that at rest. One of no volume has no energy,
+ * which no step passes. */
+typedef struct energy_of_gas {
+  double value, slope, curve;
+} energy_of_gas;
+
+static energy_of_gas gas_at(const thrum_model *model, int64_t k, double level, double m) {
+  const double volume = model->actuator_rest[3 * k], now = volume + m;
+  const double outside = model->actuator_rest[3 * k + 1], inside = outside + level;
+  if (!(now > 0.0))
+    return (energy_of_gas){NAN, NAN, NAN};
+  return (energy_of_gas){outside * m - inside * volume * log1p(m / volume),
+                         outside - inside * volume / now, inside * volume / (now * now)};
 }
 
 /* --- their energies --------------------------------------------------------------------------- */
 
-/* f, f' and f'' of a measure m. */
-typedef struct energy_of_measure {
-  double value, slope, curve;
-} energy_of_measure;
-
-static energy_of_measure energy_at(const acting *a, double level, double m) {
-  if (a->kind == THRUM_ACTUATOR_TENDON)
-    return (energy_of_measure){level * m, level, 0.0};
-  if (a->kind != THRUM_ACTUATOR_GAS)
-    return (energy_of_measure){-level * m, -level, 0.0};
-
-  // a gas of no volume has no energy, which no step passes
-  const double volume = a->model->actuator_rest[3 * a->k];
-  const double outside = a->model->actuator_rest[3 * a->k + 1], inside = outside + level;
-  const double now = volume + m;
-  if (!(now > 0.0))
-    return (energy_of_measure){NAN, NAN, NAN};
-  return (energy_of_measure){outside * m - inside * volume * log1p(m / volume),
-                             outside - inside * volume / now, inside * volume / (now * now)};
-}
-
-/* Whether it adds nothing. */
-static bool is_idle(const acting *a) {
-  return a->kind != THRUM_ACTUATOR_GAS && a->model->levels[a->k] == 0.0;
-}
-
 double thrum_acting_energy(const thrum_kernel *by, const thrum_model *model, const double *q,
                            double *gradient, double *hessian) {
   const int64_t r = model->rank;
-  double sum = 0.0, slope[THRUM_RANK_MAX];
-  tendon t;
-  for (int64_t k = 0; k < model->actuator_count; k++) {
-    const acting a = acting_of(by, model, k, q);
-    if (is_idle(&a))
-      continue;
+  double slope[THRUM_RANK_MAX];
+  double sum = pull_tendons(by, model, model->levels, q, gradient, hessian, NULL);
 
-    // its measure, and what that is worth
-    const bool pulls = a.kind == THRUM_ACTUATOR_TENDON;
-    const double m = pulls ? stretch_tendon(&a, &t) : polynomial_measure(&a, slope);
-    const energy_of_measure f = energy_at(&a, model->levels[k], m);
-    sum += f.value;
-    if (pulls && gradient)
-      tendon_gradient(&a, &t, slope);
+  // all pressures and strains
+  form f;
+  if (form_of_all(by, model, &f)) {
+    sum += form_value(&f, q, slope);
     if (gradient)
-      add_times(r, f.slope, slope, gradient);
-    if (!hessian)
+      add_times(r, 1.0, slope, gradient);
+    if (hessian)
+      add_form_hessian(&f, 1.0, q, hessian);
+  }
+
+  // each gas
+  for (int64_t k = 0; k < model->actuator_count; k++) {
+    if (model->actuator_kind[k] != THRUM_ACTUATOR_GAS)
       continue;
-    if (pulls)
-      add_tendon_hessian(&a, &t, f.slope, hessian);
-    else
-      add_polynomial_hessian(&a, f.slope, hessian);
-    for (int64_t i = 0; f.curve != 0.0 && i < r; i++)
-      add_times(r, f.curve * slope[i], slope, hessian + i * r);
+    f = form_of(by, model, k);
+    const energy_of_gas gas = gas_at(model, k, model->levels[k], form_value(&f, q, slope));
+    sum += gas.value;
+    if (gradient)
+      add_times(r, gas.slope, slope, gradient);
+    if (hessian)
+      add_form_hessian(&f, gas.slope, q, hessian);
+    for (int64_t i = 0; hessian && i < r; i++)
+      add_times(r, gas.curve * slope[i], slope, hessian + i * r);
   }
   return sum;
 }
@@ -334,55 +482,56 @@ double thrum_acting_energy(const thrum_kernel *by, const thrum_model *model, con
 void thrum_acting_product(const thrum_kernel *by, const thrum_model *model, const double *q,
                           const double *v, double *product) {
   double slope[THRUM_RANK_MAX];
-  tendon t;
+  add_tendon_product(by, model, q, v, product);
+  form f;
+  if (form_of_all(by, model, &f))
+    add_form_product(&f, 1.0, q, v, product);
   for (int64_t k = 0; k < model->actuator_count; k++) {
-    const acting a = acting_of(by, model, k, q);
-    if (is_idle(&a))
+    if (model->actuator_kind[k] != THRUM_ACTUATOR_GAS)
       continue;
-    if (a.kind == THRUM_ACTUATOR_TENDON) {
-      stretch_tendon(&a, &t);
-      add_tendon_product(&a, &t, model->levels[k], v, product);
+    f = form_of(by, model, k);
+    const energy_of_gas gas = gas_at(model, k, model->levels[k], form_value(&f, q, slope));
+    add_form_product(&f, gas.slope, q, v, product);
+    add_times(model->rank, gas.curve * dot(model->rank, slope, v), slope, product);
+  }
+}
+
+void thrum_acting_measures(const thrum_kernel *by, const thrum_model *model, const double *q,
+                           const double *weights, double *force, double *measures, double *bases) {
+  double slope[THRUM_RANK_MAX], pulls[THRUM_ACTUATORS_MAX];
+  for (int64_t k = 0; k < model->actuator_count; k++)
+    pulls[k] = weights ? -weights[k] : 0.0;
+  pull_tendons(by, model, pulls, q, force, NULL, measures);
+  for (int64_t k = 0; k < model->actuator_count; k++) {
+    bases[k] = 0.0;
+    if (model->actuator_kind[k] == THRUM_ACTUATOR_TENDON) {
+      measures[k] = -measures[k];
       continue;
     }
-    const double m = a.kind == THRUM_ACTUATOR_GAS ? polynomial_measure(&a, slope) : 0.0;
-    const energy_of_measure f = energy_at(&a, model->levels[k], m);
-    add_polynomial_product(&a, f.slope, v, product);
-    if (f.curve != 0.0)
-      add_times(model->rank, f.curve * dot(model->rank, slope, v), slope, product);
+    const form f = form_of(by, model, k);
+    const double m = form_value(&f, q, slope);
+    double factor = weights ? weights[k] : 0.0;
+    measures[k] = m;
+    if (model->actuator_kind[k] == THRUM_ACTUATOR_GAS) {
+      const double volume = model->actuator_rest[3 * k];
+      bases[k] = gas_at(model, k, 0.0, m).value;
+      factor *= volume / (volume + m);
+      measures[k] = volume * log1p(m / volume);
+    }
+    if (force && factor != 0.0)
+      add_times(model->rank, factor, slope, force);
   }
 }
 
-double thrum_acting_measure(const thrum_kernel *by, const thrum_model *model, int64_t k,
-                            const double *q, double *gradient, double *base) {
-  const acting a = acting_of(by, model, k, q);
-  double slope[THRUM_RANK_MAX], factor = 1.0, m = 0.0;
-  *base = 0.0;
-  if (a.kind == THRUM_ACTUATOR_TENDON) {
-    tendon t;
-    m = -stretch_tendon(&a, &t);
-    factor = -1.0;
-    if (gradient)
-      tendon_gradient(&a, &t, slope);
-  } else {
-    m = polynomial_measure(&a, slope);
+void thrum_acting_sizes(const thrum_kernel *by, const thrum_model *model, const double *q,
+                        double *sizes) {
+  double slope[THRUM_RANK_MAX], still[THRUM_ACTUATORS_MAX] = {0.0};
+  pull_tendons(by, model, still, q, NULL, NULL, sizes);
+  for (int64_t k = 0; k < model->actuator_count; k++) {
+    if (model->actuator_kind[k] != THRUM_ACTUATOR_TENDON) {
+      const form f = form_of(by, model, k);
+      sizes[k] = form_value(&f, q, slope);
+    }
+    sizes[k] += model->actuator_rest[3 * k];
   }
-  if (a.kind == THRUM_ACTUATOR_GAS) {
-    const double volume = model->actuator_rest[3 * k];
-    *base = energy_at(&a, 0.0, m).value;
-    factor = volume / (volume + m);
-    m = volume * log1p(m / volume);
-  }
-  for (int64_t i = 0; gradient && i < model->rank; i++)
-    gradient[i] = factor * slope[i];
-  return m;
-}
-
-double thrum_acting_size(const thrum_kernel *by, const thrum_model *model, int64_t k,
-                         const double *q) {
-  const acting a = acting_of(by, model, k, q);
-  double slope[THRUM_RANK_MAX];
-  tendon t;
-  const double m =
-      a.kind == THRUM_ACTUATOR_TENDON ? stretch_tendon(&a, &t) : polynomial_measure(&a, slope);
-  return model->actuator_rest[3 * k] + m;
 }

@@ -5,8 +5,8 @@
 
 #include "core/polynomial/kernel_private.h"
 
-/* The numbers of model->levels: a row of each for all actuators, and behind them the rows of guides
- * of each tendon, rank x 3 guides. */
+/* The numbers of model->levels: a row of each for all actuators, and behind them what follows from
+ * the levels and the model (acting.c). */
 typedef enum thrum_acting_row {
   THRUM_ACTING_LEVEL,
   THRUM_ACTING_MEASURE, /* where the work was summed up last: P, */
@@ -16,21 +16,20 @@ typedef enum thrum_acting_row {
   THRUM_ACTING_ROWS
 } thrum_acting_row;
 
-/* Doubles of it, and what follows from the model filled in. */
+/* Doubles of it; what follows from the model filled in, with no levels; and what follows from the
+ * levels, which is due after each change of one. */
 int64_t thrum_acting_count(const thrum_model *model);
 void thrum_acting_fill(const thrum_model *model, double *levels);
+void thrum_acting_sum(const thrum_model *model, double *levels);
 
-/* The chambers before actuator k. */
-int64_t thrum_acting_chamber(const thrum_model *model, int64_t k);
+/* The P of each actuator at q, whose level a adds base - a P to V, and the base, which only a gas
+ * has; force += the gradient of the sum of weights times P (either NULL: not wanted). */
+void thrum_acting_measures(const thrum_kernel *by, const thrum_model *model, const double *q,
+                           const double *weights, double *force, double *measures, double *bases);
 
-/* The P of actuator k at q, whose level a adds base - a P to V; its gradient into `gradient` (rank;
- * NULL: not wanted) and the base, of a gas alone, into *base. */
-double thrum_acting_measure(const thrum_kernel *by, const thrum_model *model, int64_t k,
-                            const double *q, double *gradient, double *base);
-
-/* The volume of a chamber or the length of a tendon at q. */
-double thrum_acting_size(const thrum_kernel *by, const thrum_model *model, int64_t k,
-                         const double *q);
+/* The volumes of chambers and the lengths of tendons at q, and of a strain its P. */
+void thrum_acting_sizes(const thrum_kernel *by, const thrum_model *model, const double *q,
+                        double *sizes);
 
 /* thrum_passes.act and act_along. */
 double thrum_acting_energy(const thrum_kernel *by, const thrum_model *model, const double *q,

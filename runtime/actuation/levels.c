@@ -105,6 +105,7 @@ thrum_status thrum_model_actuate(const thrum_model *model, const double *levels,
   thrum_acting_fill(model, memory);
   for (int64_t k = 0; levels && k < model->actuator_count; k++)
     memory[k] = levels[k];
+  thrum_acting_sum(model, memory);
   *acting = *model;
   acting->levels = memory;
   return THRUM_OK;
@@ -162,16 +163,17 @@ static double *row_of(const thrum_model *model, double *levels, thrum_acting_row
   return levels + row * model->actuator_count;
 }
 
-/* What one has done since its work was summed up last, where it now measures m. */
-static double work_since(const thrum_model *model, double *levels, int64_t k, double m,
-                         double base) {
-  return levels[k] * (m - row_of(model, levels, THRUM_ACTING_MEASURE)[k]) -
+/* What one has done at this level since its work was summed up last, where it now measures m. */
+static double work_since(const thrum_model *model, double *levels, int64_t k, double level,
+                         double m, double base) {
+  return level * (m - row_of(model, levels, THRUM_ACTING_MEASURE)[k]) -
          (base - row_of(model, levels, THRUM_ACTING_BASE)[k]);
 }
 
 /* Adds that to its sum, with the rounding of the sum kept beside (Neumaier). */
-static void sum_up(const thrum_model *model, double *levels, int64_t k, double m, double base) {
-  const double added = work_since(model, levels, k, m, base);
+static void sum_up(const thrum_model *model, double *levels, int64_t k, double level, double m,
+                   double base) {
+  const double added = work_since(model, levels, k, level, m, base);
   double *sum = row_of(model, levels, THRUM_ACTING_WORK) + k;
   const double before = *sum, after = before + added;
 
@@ -195,12 +197,14 @@ static void begin_all(const thrum_model *model, thrum_state *state, bool leaves)
   if (state->levels_count == 0)
     return;
   const thrum_state_view view = thrum_state_view_of(state);
-  double base = 0.0;
+  double measures[THRUM_ACTUATORS_MAX], bases[THRUM_ACTUATORS_MAX];
+  thrum_model seen = *model;
+  seen.levels = view.levels;
+  thrum_acting_measures(view.kernel, &seen, view.q, NULL, NULL, measures, bases);
   for (int64_t k = 0; k < model->actuator_count; k++) {
-    const double m = thrum_acting_measure(view.kernel, model, k, view.q, NULL, &base);
     if (leaves)
-      sum_up(model, view.levels, k, m, base);
-    begin_at(model, view.levels, k, m, base);
+      sum_up(model, view.levels, k, view.levels[k], measures[k], bases[k]);
+    begin_at(model, view.levels, k, measures[k], bases[k]);
   }
 }
 
@@ -214,78 +218,79 @@ void thrum_actuation_arrive(const thrum_model *model, thrum_state *state) {
 
 /* --- a change of levels ----------------------------------------------------------------------- */
 
-/* What V loses by a change of levels at a place, and by how much its force grows (rank). */
+/* What V loses by a change of levels at a place, by how much its force grows (rank), and what the
+ * actuators measure there. */
 typedef struct change {
   double energy;
   double force[THRUM_RANK_MAX];
+  double measures[THRUM_ACTUATORS_MAX], bases[THRUM_ACTUATORS_MAX];
 } change;
 
-/* The change at q; `levels` has the work summed up there where `sums`. */
-static void find_change(const thrum_model *model, const thrum_state_view *view, const double *to,
-                        const double *q, bool sums, change *found) {
-  double slope[THRUM_RANK_MAX], base = 0.0;
-  memset(found, 0, sizeof *found);
-  for (int64_t k = 0; k < model->actuator_count; k++) {
-    const double by = to[k] - view->levels[k];
-    if (by == 0.0)
-      continue;
-    const double m = thrum_acting_measure(view->kernel, model, k, q, slope, &base);
-    found->energy += by * m;
-    for (int64_t i = 0; i < model->rank; i++)
-      found->force[i] += by * slope[i];
-    if (!sums)
-      continue;
-    sum_up(model, view->levels, k, m, base);
-    begin_at(model, view->levels, k, m, base);
-  }
+/* The change at q by levels that differ by so much from those in force. */
+static void find_change(const thrum_model *model, const thrum_state_view *view,
+                        const double *difference, const double *q, change *found) {
+  found->energy = 0.0;
+  memset(found->force, 0, (size_t)model->rank * sizeof *found->force);
+  thrum_acting_measures(view->kernel, model, q, difference, found->force, found->measures,
+                        found->bases);
+  for (int64_t k = 0; k < model->actuator_count; k++)
+    if (difference[k] != 0.0)
+      found->energy += difference[k] * found->measures[k];
 }
 
 /* Moves R and V, from which `energy` goes on, to the new levels: at q, and at the start of the next
  * step, where that is another place. */
 static void move_known(const thrum_model *model, thrum_state *state, const thrum_state_view *view,
-                       const double *to, const change *here) {
+                       const double *difference, const change *here) {
   if (state->potential_step != state->report.steps)
     return;
-  change there = *here;
+  change there;
+  const change *start = here;
   if (state->carried) {
     double square = 0.0;
-    find_change(model, view, to, view->q_corrected, false, &there);
+    find_change(model, view, difference, view->q_corrected, &there);
+    start = &there;
     for (int32_t i = 0; i < state->rank; i++)
       square += view->p[i] * view->p[i];
 
     // a jump that does work on the correction ends what was carried
-    if (!(fabs(there.energy - here->energy) <= JUMP_MOST * square)) {
+    if (!(fabs(start->energy - here->energy) <= JUMP_MOST * square)) {
       thrum_forget_forces(state);
       return;
     }
   }
+  double force[THRUM_RANK_MAX];
   for (int32_t i = 0; i < state->rank; i++)
-    there.force[i] = view->force_now[i] - there.force[i];
-  if (!isfinite(state->potential - there.energy) ||
-      !isfinite(state->potential_end - here->energy) ||
-      !thrum_all_finite(there.force, state->rank)) {
+    force[i] = view->force_now[i] - start->force[i];
+  if (!isfinite(state->potential - start->energy) ||
+      !isfinite(state->potential_end - here->energy) || !thrum_all_finite(force, state->rank)) {
     thrum_forget_forces(state);
     return;
   }
-  state->potential -= there.energy;
+  state->potential -= start->energy;
   if (state->carried)
     state->potential_end -= here->energy;
-  memcpy(view->force_now, there.force, (size_t)state->rank * sizeof *view->force_now);
+  memcpy(view->force_now, force, (size_t)state->rank * sizeof *view->force_now);
+}
+
+/* Writes levels and what follows from them. */
+static void write_levels(const thrum_model *model, const thrum_state_view *view, const double *to) {
+  memcpy(view->levels, to, (size_t)model->actuator_count * sizeof *to);
+  thrum_acting_sum(model, view->levels);
 }
 
 /* The levels themselves, with p at the time of q as it is where a momentum is stored elsewhere. */
 static thrum_status move_levels(const thrum_model *seen, thrum_state *state, thrum_state_view *view,
                                 const double *to, thrum_error *error) {
-  const size_t all = (size_t)seen->actuator_count * sizeof *to;
   if (!thrum_row_of(state)->synchronise && thrum_staggered_modes(state) == 0) {
-    memcpy(view->levels, to, all);
+    write_levels(seen, view, to);
     return THRUM_OK;
   }
   double before[THRUM_ACTUATORS_MAX];
-  memcpy(before, view->levels, all);
+  memcpy(before, view->levels, (size_t)seen->actuator_count * sizeof *before);
   thrum_status status = thrum_staggered_synchronise(seen, state, view, NULL);
   if (status >= 0) {
-    memcpy(view->levels, to, all);
+    write_levels(seen, view, to);
     status =
         thrum_staggered_unsynchronise(seen, state, view, view->q, view->load_before, view->p_next);
   }
@@ -293,7 +298,7 @@ static thrum_status move_levels(const thrum_model *seen, thrum_state *state, thr
     memcpy(view->p, view->p_next, (size_t)state->rank * sizeof *view->p);
     return THRUM_OK;
   }
-  memcpy(view->levels, before, all);
+  write_levels(seen, view, before);
   return thrum_error_set(error, status < 0 ? status : THRUM_NOT_FINITE,
                          "the momentum of this state cannot be had under these levels");
 }
@@ -303,7 +308,7 @@ thrum_status thrum_state_set_actuation(const thrum_model *model, thrum_state *st
   THRUM_TRY(thrum_state_check_ready(model, state, error));
   THRUM_TRY(check_model(model, error));
   THRUM_TRY(check_levels(model, levels, error));
-  double to[THRUM_ACTUATORS_MAX] = {0.0};
+  double to[THRUM_ACTUATORS_MAX] = {0.0}, difference[THRUM_ACTUATORS_MAX];
   const size_t all = (size_t)model->actuator_count * sizeof *to;
   if (levels)
     memcpy(to, levels, all);
@@ -314,26 +319,30 @@ thrum_status thrum_state_set_actuation(const thrum_model *model, thrum_state *st
   // what changes at q, before anything is written
   thrum_model copy;
   const thrum_model *seen = thrum_actuated_model(model, state, &copy);
+  double before[THRUM_ACTUATORS_MAX];
+  memcpy(before, view.levels, all);
+  for (int64_t k = 0; k < model->actuator_count; k++)
+    difference[k] = to[k] - before[k];
   change here;
-  find_change(seen, &view, to, view.q, false, &here);
+  find_change(seen, &view, difference, view.q, &here);
   bool finite = isfinite(here.energy) && thrum_all_finite(here.force, state->rank);
   for (int32_t i = 0; thrum_carries_acceleration(state) && i < state->rank; i++)
     finite = finite && isfinite(view.acceleration[i] + here.force[i]);
   if (!finite)
     return thrum_error_set(error, THRUM_NOT_FINITE,
                            "the forces of these levels are beyond the range of finite numbers");
-  double before[THRUM_ACTUATORS_MAX];
-  memcpy(before, view.levels, all);
   THRUM_TRY(move_levels(seen, state, &view, to, error));
 
   // from here on nothing fails: the account under the old levels, and what is known of the forces
-  memcpy(view.levels, before, all);
-  find_change(seen, &view, to, view.q, true, &here);
-  move_known(seen, state, &view, to, &here);
+  for (int64_t k = 0; k < model->actuator_count; k++)
+    if (difference[k] != 0.0) {
+      sum_up(model, view.levels, k, before[k], here.measures[k], here.bases[k]);
+      begin_at(model, view.levels, k, here.measures[k], here.bases[k]);
+    }
+  move_known(seen, state, &view, difference, &here);
   for (int32_t i = 0; thrum_carries_acceleration(state) && i < state->rank; i++)
     view.acceleration[i] += here.force[i];
   thrum_guards_take(state, here.energy);
-  memcpy(view.levels, to, all);
   return THRUM_OK;
 }
 
@@ -371,13 +380,12 @@ thrum_status thrum_state_actuation_work(const thrum_model *model, const thrum_st
                                         double *work, thrum_error *error) {
   THRUM_TRY(check_read(model, state, work, error));
   const reading r = read_state(model, state);
-  double base = 0.0;
-  for (int64_t k = 0; k < model->actuator_count; k++) {
-    const double m = thrum_acting_measure(r.view.kernel, &r.model, k, r.view.q, NULL, &base);
+  double measures[THRUM_ACTUATORS_MAX], bases[THRUM_ACTUATORS_MAX];
+  thrum_acting_measures(r.view.kernel, &r.model, r.view.q, NULL, NULL, measures, bases);
+  for (int64_t k = 0; k < model->actuator_count; k++)
     work[k] = row_of(model, r.view.levels, THRUM_ACTING_WORK)[k] +
               (row_of(model, r.view.levels, THRUM_ACTING_CARRY)[k] +
-               work_since(model, r.view.levels, k, m, base));
-  }
+               work_since(model, r.view.levels, k, r.view.levels[k], measures[k], bases[k]));
   return THRUM_OK;
 }
 
@@ -385,7 +393,6 @@ thrum_status thrum_state_actuation_measures(const thrum_model *model, const thru
                                             double *measures, thrum_error *error) {
   THRUM_TRY(check_read(model, state, measures, error));
   const reading r = read_state(model, state);
-  for (int64_t k = 0; k < model->actuator_count; k++)
-    measures[k] = thrum_acting_size(r.view.kernel, &r.model, k, r.view.q);
+  thrum_acting_sizes(r.view.kernel, &r.model, r.view.q, measures);
   return THRUM_OK;
 }

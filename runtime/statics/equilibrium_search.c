@@ -21,6 +21,7 @@
 
 #include "core/linear_algebra/dense.h"
 #include "core/linear_algebra/symmetric.h"
+#include "runtime/actuation/acting.h"
 #include "runtime/statics/equilibrium_private.h"
 
 #define ROUNDING                                                                                   \
@@ -42,6 +43,8 @@
 void thrum_search_act(thrum_search *s, double factor) {
   for (int64_t k = 0; s->actors && k < s->model->actuator_count; k++)
     s->levels[k] = factor * s->actors[k];
+  if (s->actors)
+    thrum_acting_sum(s->model, s->levels);
 }
 
 void thrum_search_load(thrum_search *s, const double *q, double *load) {
@@ -60,6 +63,7 @@ void thrum_search_load(thrum_search *s, const double *q, double *load) {
       load[i] += n == 0 ? force[i] : -force[i];
   }
   memcpy(s->levels, before, (size_t)s->model->actuator_count * sizeof *before);
+  thrum_acting_sum(s->model, s->levels);
 }
 
 /* Residual and energies of s->trial under factor times the load. */
