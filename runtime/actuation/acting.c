@@ -48,11 +48,11 @@ static int64_t count_of(const thrum_model *model, int32_t kind) {
 }
 
 /* Where the numbers behind the rows begin: the summed polynomial, whose cubic part is there where
- * several pressures have one; then of the straight parts of all tendons, in bundles, each axis by
- * axis: how they are at rest (3), how they move with the coordinates (3 x rank), and the same
- * transposed. */
+ * several pressures have one; the tension of each straight part of all tendons; and of the parts,
+ * their length at rest, and in bundles, each axis by axis: how they are at rest (3), how they move
+ * with the coordinates (3 x rank), and the same transposed. */
 typedef struct kept {
-  int64_t linear, quadratic, cubic, rest, rows, turned, end;
+  int64_t linear, quadratic, cubic, tension, length, rest, rows, turned, end;
   int64_t pressures, parts;
 } kept;
 
@@ -63,7 +63,9 @@ static kept kept_of(const thrum_model *model) {
              .parts = model->guide_count - count_of(model, THRUM_ACTUATOR_TENDON)};
   at.quadratic = at.linear + r;
   at.cubic = at.quadratic + r * r;
-  at.rest = at.cubic + (at.pressures > 1 ? model->actuator_cube : 0);
+  at.tension = at.cubic + (at.pressures > 1 ? model->actuator_cube : 0);
+  at.length = at.tension + at.parts;
+  at.rest = at.length + at.parts;
   at.rows = at.rest + 3 * at.parts;
   at.turned = at.rows + 3 * at.parts * r;
   at.end = at.turned + 3 * at.parts * r;
@@ -95,21 +97,24 @@ static int64_t bundle_size(const kept *at, int64_t first) {
 static void fill_part(const thrum_model *model, const kept *at, int64_t g, int64_t n,
                       double *levels) {
   const int64_t r = model->rank, first = n / BUNDLE * BUNDLE, size = bundle_size(at, first);
+  double square = 0.0;
   for (int64_t axis = 0; axis < 3; axis++) {
     const int64_t place = axis * size + (n - first);
     const double *from = model->guide_rows + (3 * g + axis) * r, *to = from + 3 * r;
-    levels[at->rest + 3 * first + place] =
-        model->guide_places[3 * (g + 1) + axis] - model->guide_places[3 * g + axis];
+    const double x = model->guide_places[3 * (g + 1) + axis] - model->guide_places[3 * g + axis];
+    levels[at->rest + 3 * first + place] = x;
+    square += x * x;
     for (int64_t i = 0; i < r; i++) {
       levels[at->rows + (3 * first + place) * r + i] = to[i] - from[i];
       levels[at->turned + 3 * first * r + i * 3 * size + place] = to[i] - from[i];
     }
   }
+  levels[at->length + n] = sqrt(square);
 }
 
 void thrum_acting_fill(const thrum_model *model, double *levels) {
   const kept at = kept_of(model);
-  memset(levels, 0, (size_t)at.rest * sizeof *levels);
+  memset(levels, 0, (size_t)at.length * sizeof *levels);
   for (int64_t k = 0, n = 0; k < model->actuator_count; k++)
     for (int64_t g = 0; g + 1 < guides_of(model, k); g++, n++)
       fill_part(model, &at, guide_begin(model, k) + g, n, levels);
@@ -126,11 +131,18 @@ static bool is_summed(const thrum_model *model, int64_t k) {
          model->actuator_kind[k] == THRUM_ACTUATOR_STRAIN;
 }
 
+/* The tension of each straight part. */
+static void put_tensions(const thrum_model *model, const double *tensions, double *parts) {
+  for (int64_t k = 0; k < model->actuator_count; k++)
+    for (int64_t g = 0; g + 1 < guides_of(model, k); g++)
+      *parts++ = tensions[k];
+}
+
 void thrum_acting_sum(const thrum_model *model, double *levels) {
   const kept at = kept_of(model);
   const int64_t r = model->rank;
   const double *cubic = model->actuator_cubic;
-  memset(levels + at.linear, 0, (size_t)(at.rest - at.linear) * sizeof *levels);
+  memset(levels + at.linear, 0, (size_t)(at.tension - at.linear) * sizeof *levels);
   for (int64_t k = 0; k < model->actuator_count; k++) {
     if (is_summed(model, k) && levels[k] != 0.0) {
       add_times(r, -levels[k], model->actuator_linear + k * r, levels + at.linear);
@@ -141,6 +153,7 @@ void thrum_acting_sum(const thrum_model *model, double *levels) {
     if (has_volume(model, k))
       cubic += model->actuator_cube;
   }
+  put_tensions(model, levels, levels + at.tension);
 }
 
 /* --- polynomials ------------------------------------------------------------------------------ */
@@ -251,46 +264,27 @@ static void add_form_product(const form *f, double times, const double *q, const
 typedef struct bundle {
   const thrum_kernel *kernel;
   int64_t rank, size;
-  const double *rest, *rows, *turned;
-  double along[3 * BUNDLE], length[BUNDLE], tension[BUNDLE];
+  const double *rest, *rows, *turned, *still, *tension; /* still: lengths at rest */
+  double along[3 * BUNDLE], length[BUNDLE];
 } bundle;
 
-/* The tendons from the first to the last, part by part. */
-typedef struct walk {
-  const thrum_model *model;
-  const double *tensions; /* of the actuators */
-  int64_t k, left;        /* the tendon, and its parts to come */
-} walk;
-
-static void walk_next(walk *w) {
-  while (w->left == 0) {
-    w->k++;
-    w->left = guides_of(w->model, w->k) - (guides_of(w->model, w->k) > 0);
-  }
-  w->left--;
-}
-
-static walk walk_begin(const thrum_model *model, const double *tensions) {
-  return (walk){model, tensions, -1, 0};
-}
-
-/* The parts from `first` on; false where none is under tension. */
-static bool bundle_take(const thrum_kernel *by, const kept *at, int64_t first, walk *w, bundle *b) {
-  const double *levels = w->model->levels;
-  const int64_t r = w->model->rank;
+/* The parts from `first` on, under their tensions; false where there is none. */
+static bool bundle_take(const thrum_kernel *by, const thrum_model *model, const kept *at,
+                        int64_t first, const double *tension, bundle *b) {
+  const double *levels = model->levels;
+  const int64_t r = model->rank;
   b->kernel = by;
   b->rank = r;
   b->size = bundle_size(at, first);
   b->rest = levels + at->rest + 3 * first;
   b->rows = levels + at->rows + 3 * first * r;
   b->turned = levels + at->turned + 3 * first * r;
-  bool pulls = false;
-  for (int64_t n = 0; n < b->size; n++) {
-    walk_next(w);
-    b->tension[n] = w->tensions[w->k];
-    pulls = pulls || b->tension[n] != 0.0;
-  }
-  return pulls;
+  b->still = levels + at->length + first;
+  b->tension = tension + first;
+  for (int64_t n = 0; n < b->size; n++)
+    if (b->tension[n] != 0.0)
+      return true;
+  return false;
 }
 
 /* Where its parts lead at q. */
@@ -364,51 +358,57 @@ static void add_bundle_hessian(const bundle *b, double *hessian) {
   }
 }
 
-/* What all tendons add to V at q, with derivatives where they are asked for; their lengths beyond
- * those at rest into `measures`, where that is not NULL. */
-static double pull_tendons(const thrum_kernel *by, const thrum_model *model, const double *tensions,
-                           const double *q, double *gradient, double *hessian, double *measures) {
+/* What tendons add to V at q, with derivatives where they are asked for. */
+static double pull_tendons(const thrum_kernel *by, const thrum_model *model, const double *q,
+                           double *gradient, double *hessian) {
   const kept at = kept_of(model);
-  walk w = walk_begin(model, tensions), ends = w;
-  double sum = 0.0, length = 0.0;
+  double sum = 0.0;
   bundle b;
-  for (int64_t first = 0; first < at.parts; first += b.size) {
-    const bool pulls = bundle_take(by, &at, first, &w, &b);
-    if (!pulls && !measures && ends.left == 0) {
-      ends = w;
+  for (int64_t first = 0; first < at.parts; first += BUNDLE) {
+    if (!bundle_take(by, model, &at, first, model->levels + at.tension, &b))
       continue;
-    }
     bundle_stretch(&b, q);
-
-    // of each tendon that ends here
-    for (int64_t i = 0; i < b.size; i++) {
-      walk_next(&ends);
-      length += b.length[i];
-      if (ends.left > 0)
-        continue;
-      const double m = length - model->actuator_rest[3 * ends.k];
-      sum += tensions[ends.k] * m;
-      if (measures)
-        measures[ends.k] = m;
-      length = 0.0;
-    }
-    if (pulls && gradient)
+    for (int64_t i = 0; i < b.size; i++)
+      sum += b.tension[i] * (b.length[i] - b.still[i]);
+    if (gradient)
       add_bundle_gradient(&b, gradient);
-    if (pulls && hessian)
+    if (hessian)
       add_bundle_hessian(&b, hessian);
   }
   return sum;
+}
+
+/* Lengths of tendons at q beyond those at rest, into their places of `lengths`; gradient (NULL: not
+ * wanted) -= that of the sum of weights times them. */
+static void measure_tendons(const thrum_kernel *by, const thrum_model *model, const double *weights,
+                            const double *q, double *gradient, double *lengths) {
+  const kept at = kept_of(model);
+  int64_t k = 0, n = 0; // part n of tendon k, and its pull
+  double pulls[BUNDLE];
+  bundle b;
+  for (int64_t first = 0; first < at.parts; first += BUNDLE) {
+    bundle_take(by, model, &at, first, model->levels + at.tension, &b);
+    bundle_stretch(&b, q);
+    for (int64_t i = 0; i < b.size; i++, n++) {
+      for (; n + 1 >= guides_of(model, k); k++)
+        n = 0;
+      lengths[k] = (n > 0 ? lengths[k] : 0.0) + (b.length[i] - b.still[i]);
+      pulls[i] = weights ? -weights[k] : 0.0;
+    }
+    b.tension = pulls;
+    if (gradient)
+      add_bundle_gradient(&b, gradient);
+  }
 }
 
 /* product += the Hessian of all tendons times v */
 static void add_tendon_product(const thrum_kernel *by, const thrum_model *model, const double *q,
                                const double *v, double *product) {
   const kept at = kept_of(model);
-  walk w = walk_begin(model, model->levels);
   double moved[3 * BUNDLE], part[THRUM_RANK_MAX];
   bundle b;
-  for (int64_t first = 0; first < at.parts; first += b.size) {
-    if (!bundle_take(by, &at, first, &w, &b))
+  for (int64_t first = 0; first < at.parts; first += BUNDLE) {
+    if (!bundle_take(by, model, &at, first, model->levels + at.tension, &b))
       continue;
     bundle_stretch(&b, q);
     by->product(b.rank, 3 * b.size, b.turned, v, moved);
@@ -450,7 +450,7 @@ double thrum_acting_energy(const thrum_kernel *by, const thrum_model *model, con
                            double *gradient, double *hessian) {
   const int64_t r = model->rank;
   double slope[THRUM_RANK_MAX];
-  double sum = pull_tendons(by, model, model->levels, q, gradient, hessian, NULL);
+  double sum = pull_tendons(by, model, q, gradient, hessian);
 
   // all pressures and strains
   form f;
@@ -498,10 +498,8 @@ void thrum_acting_product(const thrum_kernel *by, const thrum_model *model, cons
 
 void thrum_acting_measures(const thrum_kernel *by, const thrum_model *model, const double *q,
                            const double *weights, double *force, double *measures, double *bases) {
-  double slope[THRUM_RANK_MAX], pulls[THRUM_ACTUATORS_MAX];
-  for (int64_t k = 0; k < model->actuator_count; k++)
-    pulls[k] = weights ? -weights[k] : 0.0;
-  pull_tendons(by, model, pulls, q, force, NULL, measures);
+  double slope[THRUM_RANK_MAX];
+  measure_tendons(by, model, weights, q, force, measures);
   for (int64_t k = 0; k < model->actuator_count; k++) {
     bases[k] = 0.0;
     if (model->actuator_kind[k] == THRUM_ACTUATOR_TENDON) {
@@ -525,8 +523,8 @@ void thrum_acting_measures(const thrum_kernel *by, const thrum_model *model, con
 
 void thrum_acting_sizes(const thrum_kernel *by, const thrum_model *model, const double *q,
                         double *sizes) {
-  double slope[THRUM_RANK_MAX], still[THRUM_ACTUATORS_MAX] = {0.0};
-  pull_tendons(by, model, still, q, NULL, NULL, sizes);
+  double slope[THRUM_RANK_MAX];
+  measure_tendons(by, model, NULL, q, NULL, sizes);
   for (int64_t k = 0; k < model->actuator_count; k++) {
     if (model->actuator_kind[k] != THRUM_ACTUATOR_TENDON) {
       const form f = form_of(by, model, k);
