@@ -161,9 +161,11 @@ typedef struct thrum_pass_set {
   void (*return_tangent)(const thrum_model *model, double *tangent);
 
   /* Of a model with levels: returns what acts adds to V at q, and adds its gradient to `gradient`
-   * and its Hessian to `hessian` (rank x rank), each where it is not NULL. */
+   * and its Hessian to `hessian` (rank x rank), each where it is not NULL. A Hessian that is for a
+   * Jacobian alone, to which it adds `weight` times itself, need not have what is little there;
+   * weight 0: it must. */
   double (*act)(const thrum_kernel *by, const thrum_model *model, const double *q, double *gradient,
-                double *hessian);
+                double *hessian, double weight);
 
   /* product += that Hessian at q times v. */
   void (*act_along)(const thrum_kernel *by, const thrum_model *model, const double *q,

@@ -182,8 +182,8 @@ static void own_product(const thrum_kernel *by, const thrum_model *model, const 
 /* --- with what acts on a state --------------------------------------------------------------- */
 
 static double act(const thrum_kernel *by, const thrum_model *model, const double *q,
-                  double *gradient, double *hessian) {
-  return model->levels ? thrum_passes.act(by, model, q, gradient, hessian) : 0.0;
+                  double *gradient, double *hessian, double weight) {
+  return model->levels ? thrum_passes.act(by, model, q, gradient, hessian, weight) : 0.0;
 }
 
 double thrum_exchanged_energy_by(const thrum_kernel *by, const thrum_model *model,
@@ -193,13 +193,13 @@ double thrum_exchanged_energy_by(const thrum_kernel *by, const thrum_model *mode
 
 double thrum_strain_energy_by(const thrum_kernel *by, const thrum_model *model, const double *q,
                               double *work) {
-  return own_energy(by, model, q, work) + act(by, model, q, NULL, NULL);
+  return own_energy(by, model, q, work) + act(by, model, q, NULL, NULL, 0.0);
 }
 
 double thrum_internal_force_by(const thrum_kernel *by, const thrum_model *model, const double *q,
                                double *force, double *work) {
   const double own = own_force(by, model, q, force, work);
-  return own + act(by, model, q, force, NULL);
+  return own + act(by, model, q, force, NULL, 0.0);
 }
 
 void thrum_internal_forces_by(const thrum_kernel *by, const thrum_model *model,
@@ -207,20 +207,31 @@ void thrum_internal_forces_by(const thrum_kernel *by, const thrum_model *model,
                               double *work) {
   own_forces(by, model, q, force, energy, work);
   for (int k = 0; k < 2; k++)
-    energy[k] += act(by, model, q[k], force[k], NULL);
+    energy[k] += act(by, model, q[k], force[k], NULL, 0.0);
+}
+
+void thrum_tangent_stiffness_near(const thrum_kernel *by, const thrum_model *model, double weight,
+                                  const double *q, double *tangent, double *work) {
+  own_tangent(by, model, q, tangent, work);
+  act(by, model, q, NULL, tangent, weight);
+}
+
+double thrum_internal_force_tangent_near(const thrum_kernel *by, const thrum_model *model,
+                                         double weight, const double *q, double *force,
+                                         double *tangent, double *work) {
+  const double own = own_force_tangent(by, model, q, force, tangent, work);
+  return own + act(by, model, q, force, tangent, weight);
 }
 
 void thrum_tangent_stiffness_by(const thrum_kernel *by, const thrum_model *model, const double *q,
                                 double *tangent, double *work) {
-  own_tangent(by, model, q, tangent, work);
-  act(by, model, q, NULL, tangent);
+  thrum_tangent_stiffness_near(by, model, 0.0, q, tangent, work);
 }
 
 double thrum_internal_force_tangent_by(const thrum_kernel *by, const thrum_model *model,
                                        const double *q, double *force, double *tangent,
                                        double *work) {
-  const double own = own_force_tangent(by, model, q, force, tangent, work);
-  return own + act(by, model, q, force, tangent);
+  return thrum_internal_force_tangent_near(by, model, 0.0, q, force, tangent, work);
 }
 
 void thrum_tangent_product_by(const thrum_kernel *by, const thrum_model *model, const double *q,
@@ -240,7 +251,7 @@ double thrum_internal_force_part(const thrum_kernel *by, const thrum_model *mode
     return own;
 
   double all[THRUM_RANK_MAX] = {0.0};
-  const double added = act(by, model, q, all, NULL);
+  const double added = act(by, model, q, all, NULL, 0.0);
   for (int32_t i = 0; i < split; i++)
     force[i] += all[i];
   return own + added;
@@ -333,7 +344,7 @@ double thrum_restricted_gradient(const thrum_kernel *by, const thrum_model *mode
 
   double q[THRUM_RANK_MAX], all[THRUM_RANK_MAX] = {0.0};
   whole_place(model, split, restricted, q_high, q);
-  const double added = act(by, model, q, all, NULL);
+  const double added = act(by, model, q, all, NULL, 0.0);
   for (int64_t i = split; i < model->rank; i++)
     gradient[i - split] += all[i];
   return own + added;

@@ -34,6 +34,15 @@ void thrum_internal_forces_by(const thrum_kernel *by, const thrum_model *model,
 double thrum_internal_force_tangent_by(const thrum_kernel *by, const thrum_model *model,
                                        const double *q, double *force, double *tangent,
                                        double *work);
+
+/* The same for a Jacobian to which the tangent adds `weight` times itself: what acts may lack what
+ * is little there. */
+void thrum_tangent_stiffness_near(const thrum_kernel *by, const thrum_model *model, double weight,
+                                  const double *q, double *tangent, double *work);
+double thrum_internal_force_tangent_near(const thrum_kernel *by, const thrum_model *model,
+                                         double weight, const double *q, double *force,
+                                         double *tangent, double *work);
+
 void thrum_tangent_product_by(const thrum_kernel *by, const thrum_model *model, const double *q,
                               const double *v, double *product, double *work);
 

@@ -107,14 +107,15 @@ static void weigh_discrete(const thrum_solver *s, double *matrix) {
 
 static void stiffness_of_discrete(const thrum_solver *s, double *matrix) {
   thrum_state_view *view = s->view;
-  thrum_tangent_stiffness_by(view->kernel, s->model, view->middle, matrix, view->work);
+  thrum_tangent_stiffness_near(view->kernel, s->model, 0.5 * thrum_mean_weight(s), view->middle,
+                               matrix, view->work);
   weigh_discrete(s, matrix);
 }
 
 static void both_of_discrete(const thrum_solver *s, double *matrix) {
   thrum_state_view *view = s->view;
-  put_sigma(s, thrum_internal_force_tangent_by(view->kernel, s->model, view->middle, view->force_2,
-                                               matrix, view->work));
+  put_sigma(s, thrum_internal_force_tangent_near(view->kernel, s->model, 0.5 * thrum_mean_weight(s),
+                                                 view->middle, view->force_2, matrix, view->work));
   weigh_discrete(s, matrix);
 }
 

@@ -420,7 +420,7 @@ thrum_status thrum_state_energies(const thrum_model *model, thrum_state *state,
 
   // what acts on the body has done work on it, and is no energy of its
   if (model->levels)
-    found.potential -= thrum_passes.act(view.kernel, model, view.q, NULL, NULL);
+    found.potential -= thrum_passes.act(view.kernel, model, view.q, NULL, NULL, 0.0);
 
   // a finite state may have an energy that is not
   found.total = found.kinetic + found.potential;

@@ -30,6 +30,8 @@ enum { TURNS_MAX = 4 * THRUM_RANK_MAX };
 /* Straight parts that are taken together. */
 enum { BUNDLE = 64 };
 
+#define LITTLE 0.1 /* of a Jacobian: less turning of tendons is left out */
+
 /* --- what is kept ----------------------------------------------------------------------------- */
 
 static int64_t guide_begin(const thrum_model *model, int64_t k) {
@@ -48,11 +50,12 @@ static int64_t count_of(const thrum_model *model, int32_t kind) {
 }
 
 /* Where the numbers behind the rows begin: the summed polynomial, whose cubic part is there where
- * several pressures have one; the tension of each straight part of all tendons; and of the parts,
- * their length at rest, and in bundles, each axis by axis: how they are at rest (3), how they move
- * with the coordinates (3 x rank), and the same transposed. */
+ * several pressures have one; how much of turning each tendon has at a tension of 1, by
+ * coordinates; the tension of each straight part of all tendons; and of the parts, their length at
+ * rest, and in bundles, each axis by axis: how they are at rest (3), how they move with the
+ * coordinates (3 x rank), and the same transposed. */
 typedef struct kept {
-  int64_t linear, quadratic, cubic, tension, length, rest, rows, turned, end;
+  int64_t linear, quadratic, cubic, turning, tension, length, rest, rows, turned, end;
   int64_t pressures, parts;
 } kept;
 
@@ -63,7 +66,8 @@ static kept kept_of(const thrum_model *model) {
              .parts = model->guide_count - count_of(model, THRUM_ACTUATOR_TENDON)};
   at.quadratic = at.linear + r;
   at.cubic = at.quadratic + r * r;
-  at.tension = at.cubic + (at.pressures > 1 ? model->actuator_cube : 0);
+  at.turning = at.cubic + (at.pressures > 1 ? model->actuator_cube : 0);
+  at.tension = at.turning + (at.parts > 0 ? model->actuator_count * r : 0);
   at.length = at.tension + at.parts;
   at.rest = at.length + at.parts;
   at.rows = at.rest + 3 * at.parts;
@@ -93,8 +97,8 @@ static int64_t bundle_size(const kept *at, int64_t first) {
   return at->parts - first < BUNDLE ? at->parts - first : BUNDLE;
 }
 
-/* A straight part from guide g on, which is part n of all. */
-static void fill_part(const thrum_model *model, const kept *at, int64_t g, int64_t n,
+/* A straight part of tendon k, from guide g on, which is part n of all. */
+static void fill_part(const thrum_model *model, const kept *at, int64_t k, int64_t g, int64_t n,
                       double *levels) {
   const int64_t r = model->rank, first = n / BUNDLE * BUNDLE, size = bundle_size(at, first);
   double square = 0.0;
@@ -110,6 +114,11 @@ static void fill_part(const thrum_model *model, const kept *at, int64_t g, int64
     }
   }
   levels[at->length + n] = sqrt(square);
+  for (int64_t axis = 0; axis < 3; axis++) {
+    const double *row = levels + at->rows + (3 * first + axis * size + (n - first)) * r;
+    for (int64_t i = 0; i < r; i++)
+      levels[at->turning + k * r + i] += row[i] * row[i] / sqrt(square);
+  }
 }
 
 void thrum_acting_fill(const thrum_model *model, double *levels) {
@@ -117,7 +126,7 @@ void thrum_acting_fill(const thrum_model *model, double *levels) {
   memset(levels, 0, (size_t)at.length * sizeof *levels);
   for (int64_t k = 0, n = 0; k < model->actuator_count; k++)
     for (int64_t g = 0; g + 1 < guides_of(model, k); g++, n++)
-      fill_part(model, &at, guide_begin(model, k) + g, n, levels);
+      fill_part(model, &at, k, guide_begin(model, k) + g, n, levels);
 }
 
 static bool has_volume(const thrum_model *model, int64_t k) {
@@ -142,7 +151,7 @@ void thrum_acting_sum(const thrum_model *model, double *levels) {
   const kept at = kept_of(model);
   const int64_t r = model->rank;
   const double *cubic = model->actuator_cubic;
-  memset(levels + at.linear, 0, (size_t)(at.tension - at.linear) * sizeof *levels);
+  memset(levels + at.linear, 0, (size_t)(at.turning - at.linear) * sizeof *levels);
   for (int64_t k = 0; k < model->actuator_count; k++) {
     if (is_summed(model, k) && levels[k] != 0.0) {
       add_times(r, -levels[k], model->actuator_linear + k * r, levels + at.linear);
@@ -358,10 +367,25 @@ static void add_bundle_hessian(const bundle *b, double *hessian) {
   }
 }
 
+/* Whether weight times the Hessian of all tendons counts in a Jacobian, which is about
+ * 1 + weight omega^2. */
+static bool turning_counts(const thrum_model *model, const kept *at, double weight) {
+  double most = 0.0;
+  for (int64_t i = 0; i < model->rank; i++) {
+    double all = 0.0;
+    for (int64_t k = 0; k < model->actuator_count; k++)
+      all += fabs(model->levels[k]) * model->levels[at->turning + k * model->rank + i];
+    most += weight * all / (1.0 + weight * model->omega2[i]);
+  }
+  return !(most <= LITTLE);
+}
+
 /* What tendons add to V at q, with derivatives where they are asked for. */
 static double pull_tendons(const thrum_kernel *by, const thrum_model *model, const double *q,
-                           double *gradient, double *hessian) {
+                           double *gradient, double *hessian, double weight) {
   const kept at = kept_of(model);
+  const bool turns =
+      hessian && at.parts > 0 && (weight == 0.0 || turning_counts(model, &at, weight));
   double sum = 0.0;
   bundle b;
   for (int64_t first = 0; first < at.parts; first += BUNDLE) {
@@ -372,7 +396,7 @@ static double pull_tendons(const thrum_kernel *by, const thrum_model *model, con
       sum += b.tension[i] * (b.length[i] - b.still[i]);
     if (gradient)
       add_bundle_gradient(&b, gradient);
-    if (hessian)
+    if (turns)
       add_bundle_hessian(&b, hessian);
   }
   return sum;
@@ -447,10 +471,10 @@ static energy_of_gas gas_at(const thrum_model *model, int64_t k, double level, d
 /* --- their energies --------------------------------------------------------------------------- */
 
 double thrum_acting_energy(const thrum_kernel *by, const thrum_model *model, const double *q,
-                           double *gradient, double *hessian) {
+                           double *gradient, double *hessian, double weight) {
   const int64_t r = model->rank;
   double slope[THRUM_RANK_MAX];
-  double sum = pull_tendons(by, model, q, gradient, hessian);
+  double sum = pull_tendons(by, model, q, gradient, hessian, weight);
 
   // all pressures and strains
   form f;

@@ -33,7 +33,7 @@ void thrum_acting_sizes(const thrum_kernel *by, const thrum_model *model, const 
 
 /* thrum_passes.act and act_along. */
 double thrum_acting_energy(const thrum_kernel *by, const thrum_model *model, const double *q,
-                           double *gradient, double *hessian);
+                           double *gradient, double *hessian, double weight);
 void thrum_acting_product(const thrum_kernel *by, const thrum_model *model, const double *q,
                           const double *v, double *product);
 

@@ -308,10 +308,10 @@ thrum_status thrum_state_set_actuation(const thrum_model *model, thrum_state *st
   THRUM_TRY(thrum_state_check_ready(model, state, error));
   THRUM_TRY(check_model(model, error));
   THRUM_TRY(check_levels(model, levels, error));
-  double to[THRUM_ACTUATORS_MAX] = {0.0}, difference[THRUM_ACTUATORS_MAX];
+  double to[THRUM_ACTUATORS_MAX], difference[THRUM_ACTUATORS_MAX];
   const size_t all = (size_t)model->actuator_count * sizeof *to;
-  if (levels)
-    memcpy(to, levels, all);
+  for (int64_t k = 0; k < model->actuator_count; k++)
+    to[k] = levels ? levels[k] : 0.0;
   thrum_state_view view = thrum_state_view_of(state);
   if (memcmp(to, view.levels, all) == 0)
     return THRUM_OK;

@@ -444,7 +444,7 @@ static void finish(path *p, double *q, double *mode) {
   report->energy = p->energy;
   if (s->actors) {
     thrum_search_act(s, p->factor);
-    report->load_energy += thrum_passes.act(s->kernel, s->model, s->q, NULL, NULL);
+    report->load_energy += thrum_passes.act(s->kernel, s->model, s->q, NULL, NULL, 0.0);
   }
   report->least = p->least;
   report->residual = s->load_norm > 0.0 ? p->norm / (p->factor * s->load_norm) : 0.0;

@@ -58,7 +58,7 @@ void thrum_search_load(thrum_search *s, const double *q, double *load) {
   for (int n = 0; n < 2; n++) {
     memset(force, 0, (size_t)s->n * sizeof *force);
     thrum_search_act(s, n);
-    thrum_passes.act(s->kernel, s->model, q, force, NULL);
+    thrum_passes.act(s->kernel, s->model, q, force, NULL, 0.0);
     for (int32_t i = 0; i < s->n; i++)
       load[i] += n == 0 ? force[i] : -force[i];
   }
@@ -87,7 +87,7 @@ static thrum_search_measure assess(thrum_search *s, double factor) {
   found.norm = sqrt(sum);
   found.merit = found.energy - worked;
   if (s->actors)
-    found.energy -= thrum_passes.act(s->kernel, s->model, s->trial, NULL, NULL);
+    found.energy -= thrum_passes.act(s->kernel, s->model, s->trial, NULL, NULL, 0.0);
   return found;
 }
 
