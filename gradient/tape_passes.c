@@ -81,7 +81,8 @@ static bool take_levels(thrum_tape *tape, int64_t k) {
   if (tape->actuators == 0 || tape->count == 0 ||
       memcmp(tape->acting, thrum_tape_levels(tape, k), all) == 0)
     return false;
-  memcpy(tape->acting, thrum_tape_levels(tape, k), all);
+  // cannot fail: these levels were those of a step
+  thrum_model_actuate(&tape->seen, thrum_tape_levels(tape, k), tape->acting, &tape->seen, NULL);
   return true;
 }
 

@@ -188,7 +188,7 @@ static double act(const thrum_kernel *by, const thrum_model *model, const double
 
 double thrum_exchanged_energy_by(const thrum_kernel *by, const thrum_model *model,
                                  const double *q) {
-  return fabs(act(by, model, q, NULL, NULL));
+  return fabs(act(by, model, q, NULL, NULL, 0.0));
 }
 
 double thrum_strain_energy_by(const thrum_kernel *by, const thrum_model *model, const double *q,

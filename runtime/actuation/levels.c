@@ -121,9 +121,12 @@ thrum_status thrum_model_actuation_force(const thrum_model *acting, int64_t inde
                            (long long)index, (long long)acting->actuator_count);
   if (!thrum_all_finite(q, acting->rank))
     return thrum_error_set(error, THRUM_BAD_VALUE, "q has a number that is not finite");
-  double slope[THRUM_RANK_MAX], base = 0.0;
-  const double measure =
-      thrum_acting_measure(thrum_kernel_get(THRUM_KERNEL_BEST), acting, index, q, slope, &base);
+  double slope[THRUM_RANK_MAX] = {0.0}, only[THRUM_ACTUATORS_MAX] = {0.0};
+  double measures[THRUM_ACTUATORS_MAX], bases[THRUM_ACTUATORS_MAX];
+  only[index] = 1.0;
+  thrum_acting_measures(thrum_kernel_get(THRUM_KERNEL_BEST), acting, q, only, slope, measures,
+                        bases);
+  const double measure = measures[index];
   if (!isfinite(measure) || !thrum_all_finite(slope, acting->rank))
     return thrum_error_set(error, THRUM_NOT_FINITE,
                            "at this q the force of actuator %lld is beyond the range of finite "
