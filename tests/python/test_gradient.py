@@ -112,7 +112,7 @@ class Gradients(unittest.TestCase):
         change = {"actuation": np.stack([np.cos(5 * time), 0.005 * time], axis=1), "stiffness": 0.3, "density": 0.2}
 
         for integrator in ("energy", "midpoint"):
-            options = {"integrator": integrator, "dt": 0.001, "tolerance": 1e-14}
+            options = {"integrator": integrator, "dt": 0.001, "tolerance": 1e-12}
 
             def value(by, options=options):
                 return thrum.value_and_gradient(lambda q, p: (tip @ q[-1], q_bar, None), model, STEPS, **options,
