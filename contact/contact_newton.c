@@ -117,7 +117,8 @@ bool thrum_newton_root(const double weight[9], double root[9]) {
   root[4] = sqrt(weight[4] - root[3] * root[3]);
   root[7] = (weight[7] - root[6] * root[3]) / root[4];
   root[8] = sqrt(weight[8] - root[6] * root[6] - root[7] * root[7]);
-  return isfinite(root[8]) && isfinite(root[4]) && root[8] > 0.0;
+  // a root that is none makes the last one none
+  return isfinite(root[8]) && root[8] > 0.0;
 }
 
 bool thrum_newton_step(int64_t m, double *matrix, const double *gradient, double *step) {

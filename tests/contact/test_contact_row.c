@@ -225,6 +225,13 @@ static void a_row_measures_its_work_and_its_gap(void **context) {
     assert_false(thrum_contact_row_counts(&row));
     *energies[n] = kept;
   }
+  for (int n = 0; n < 3; n++)
+    for (int other = n + 1; other < 3; other++) {
+      thrum_contact_row both = {0};
+      double *const sums[3] = {&both.work, &both.rubbed, &both.driven};
+      *sums[n] = *sums[other] = 0.7 * THRUM_ENERGY_MOST;
+      assert_false(thrum_contact_row_counts(&both));
+    }
   row.touch.gap = INFINITY;
   assert_false(thrum_contact_row_counts(&row));
   row.touch.gap = -1e200;
@@ -346,7 +353,9 @@ static void springs_hold_what_they_took_and_no_more_than_their_depth(void **cont
     const double left = thrum_rows_cover_loss(&m.list, stored, -share * stored);
     is_near(left, fmax(1 - share, 0) * stored, stored);
     is_near(thrum_rows_stored(&m.list), left, stored);
-    assert_true(thrum_rows_cover_loss(&m.list, 0, -1) == 0);
+    for (int n = 0; n < MOST; n++)
+      m.items[n].row.touch.stored = 0;
+    assert_true(thrum_rows_cover_loss(&m.list, 0, -1) == 0 && thrum_rows_stored(&m.list) == 0);
   }
   assert_true(full > 20 && empty > 10);
 }
