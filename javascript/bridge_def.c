@@ -8,6 +8,7 @@ static union {
   thrum_scene_solid_def solid;
   thrum_contact_pairs_def pairs;
   thrum_scene_wind_def wind;
+  thrum_scene_load_def load;
   thrum_obstacle obstacle;
 } def;
 

@@ -87,30 +87,15 @@ int32_t EXPORT(js_solid_get)(const thrum_scene *scene, int32_t number) {
   return THRUM_OK;
 }
 
-/* numbers: vector 3, from, until, frequency; of a reduced load then moments 9 and resultant 3.
- * kind: a thrum_scene_load_kind; shape: a thrum_load_shape; a force is on `count` vertices (NULL:
- * all), a reduced load has its arrays. */
-int32_t EXPORT(js_scene_load)(thrum_scene *scene, int32_t body, int32_t kind, int32_t shape,
-                              const int32_t *vertices, int32_t count, const double *reduced,
-                              const double *parts) {
-  const double *n = js_number;
-  thrum_scene_load load = {.kind = (thrum_scene_load_kind)kind,
-                           .vertices = vertices,
-                           .count = count,
-                           .reduced = reduced,
-                           .parts = parts,
-                           .course = {(thrum_load_shape)shape, n[3], n[4], n[5]}};
-  memcpy(load.vector, n, sizeof load.vector);
-  memcpy(load.moments, n + 6, sizeof load.moments);
-  memcpy(load.resultant, n + 15, sizeof load.resultant);
-  return thrum_scene_add_load(scene, body, &load, &js_failure);
+/* The def's load on a body. */
+int32_t EXPORT(js_scene_load)(thrum_scene *scene, int32_t body) {
+  return thrum_scene_add_load(scene, body, js_def_made(), &js_failure);
 }
 
-/* numbers: amplitude 3 [m/s^2], from, until, frequency. */
-int32_t EXPORT(js_scene_base_motion)(thrum_scene *scene, int32_t shape) {
-  const double *n = js_number;
-  const thrum_load course = {(thrum_load_shape)shape, n[3], n[4], n[5]};
-  return thrum_scene_add_base_motion(scene, n, &course, &js_failure);
+/* The vector [m/s^2] and the course of the def's load move the ground. */
+int32_t EXPORT(js_scene_base_motion)(thrum_scene *scene) {
+  const thrum_scene_load_def *load = js_def_made();
+  return thrum_scene_add_base_motion(scene, load->vector, &load->course, &js_failure);
 }
 
 /* A motion of the ground: samples are count times, then count x 3 accelerations, velocities and

@@ -20,7 +20,8 @@ writeWhole(join(dist, 'wasm.js'),
   `// The binary of the engine, made by build.mjs.\nexport const wasm = '${bytes.toString('base64')}';\n`);
 
 // options by the rows of thrum/fields.h, but for those that have types of their own
-const OWN = { BODY: ['touch'], OBSTACLE: ['rotation'], LINK: ['kind', 'vertices'], WIND: ['velocity'] };
+const OWN = { BODY: ['touch'], OBSTACLE: ['rotation'], LINK: ['kind', 'vertices'], WIND: ['velocity'],
+  LOAD: ['kind', 'vector', 'vertices', 'reduced', 'parts', 'moments', 'resultant'] };
 const types = readFileSync(join(here, 'src/index.d.ts'), 'utf8').replace(/@(\w+)@/g, (_, record) => typesOf(record, OWN[record] ?? []));
 writeWhole(join(dist, 'index.d.ts'), types);
 copyFileSync(join(here, '..', 'LICENSE'), join(here, 'LICENSE'));

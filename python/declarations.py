@@ -4,7 +4,7 @@
 usage: declarations.py HEADERS CC OUTPUT.py KEYWORDS.py
 
 HEADERS is the folder that holds thrum/scene.h and those of the other libraries, CC a C compiler whose preprocessor is used, and
-OUTPUT.py the module to write; KEYWORDS.py gets the keywords of bodies, obstacles, solids, links and contact by the rows of
+OUTPUT.py the module to write; KEYWORDS.py gets the keywords of bodies, obstacles, solids, links, loads and contact by the rows of
 thrum/fields.h, for checkers of types. The first module holds data alone: who installs the package needs no
 compiler. SPDX-License-Identifier: Apache-2.0
 """
@@ -61,16 +61,20 @@ def numbers(headers: str) -> str:
 
 # what takes keywords, the rows of its fields, and the keywords that have parameters of their own
 RECORDS = [("Body", "BODY", ["touch"]), ("Obstacle", "OBSTACLE", []), ("Solid", "SOLID", []), ("Link", "LINK", ["kind"]),
-           ("Pairs", "PAIRS", []), ("Wind", "WIND", ["velocity"])]
+           ("Pairs", "PAIRS", []), ("Wind", "WIND", ["velocity"]),
+           ("Load", "LOAD", ["kind", "vector", "vertices", "field", "reduced", "parts", "moments", "resultant"])]
+# rows of a record that lies in another, and rows whose name Python has for itself
+INNER = {"LOAD": " THRUM_COURSE_FIELDS(ROW)"}
+NAMES = {"from": "start"}
 TYPES = {"NUMBER": "float", "COUNT": "int", "WHOLE": "int", "FLAG": "bool", "OBSTACLE_SHAPE": "str", "SOLID_SHAPE": "str",
-         "LINK_KIND": "str"}
+         "LINK_KIND": "str", "LOAD_SHAPE": "str"}
 
 
 def options(headers: str, compiler: str) -> str:
     """The rows of thrum/fields.h as dictionaries of keywords."""
     row = "#define ROW(where, kind, name, unit, value, otherwise, range, about) " \
         "<|kind|name|unit|THRUM_WORDS(kind, value, otherwise)|about|>"
-    records = " ".join(f"{{{name} THRUM_{rows}_FIELDS(ROW)}}" for name, rows, _ in RECORDS)
+    records = " ".join(f"{{{name} THRUM_{rows}_FIELDS(ROW){INNER.get(rows, '')}}}" for name, rows, _ in RECORDS)
     text = subprocess.run([compiler, "-E", "-P", "-std=c11", "-I", headers, "-x", "c", "-"], check=True, text=True,
                           input=f'#include "thrum/fields.h"\n{row}\n{records}\n', capture_output=True).stdout
 
@@ -79,14 +83,14 @@ def options(headers: str, compiler: str) -> str:
         return "".join(re.findall(r'"((?:[^"\\]|\\.)*)"', pieces)).replace('\\"', "'")
 
     lines = ["from __future__ import annotations", "", "from typing import Any, TypedDict"]
-    for (name, _, own), body in zip(RECORDS, re.findall(r"\{(?:Body|Obstacle|Solid|Link|Pairs|Wind) (.*?\|>)\s*\}", text, re.DOTALL)):
+    for (name, _, own), body in zip(RECORDS, re.findall(r"\{(?:Body|Obstacle|Solid|Link|Pairs|Wind|Load) (.*?\|>)\s*\}", text, re.DOTALL)):
         lines += ["", "", f"class {name}Options(TypedDict, total=False):"]
         for kind, member, unit, words, about in re.findall(r"<\|(.*?)\|(.*?)\|(.*?)\|(.*?)\|(.*?)\|>", body, re.DOTALL):
             if member not in own:
                 told = literal(about) + (f" [{literal(unit)}]" if literal(unit) else "")
                 without = literal(words)
                 lines += [f"    # {told}" + (f"; default {without}" if without else ""),
-                          f"    {member}: {TYPES.get(kind, 'Any')}"]
+                          f"    {NAMES.get(member, member)}: {TYPES.get(kind, 'Any')}"]
     return "\n".join(lines) + "\n"
 
 

@@ -104,7 +104,7 @@ static thrum_status make_vectors(scene_body *body, thrum_error *error) {
     *each[n] = body->vectors + n * r;
 
   // gravity is the first load, constant and without end
-  body->courses[0] = body->now[0] = (thrum_load){THRUM_LOAD_CONSTANT, 0, INFINITY, 0};
+  body->courses[0] = body->now[0] = (thrum_load){.shape = THRUM_LOAD_CONSTANT, .until = INFINITY};
   body->load_count = 1;
   return THRUM_OK;
 }

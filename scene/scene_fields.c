@@ -71,6 +71,13 @@ void thrum_scene_wind_def_init(thrum_scene_wind_def *def, size_t size) {
   thrum_def_fill(def, size, &defaults, sizeof defaults);
 }
 
+void thrum_scene_load_def_init(thrum_scene_load_def *def, size_t size) {
+  const thrum_scene_load_def defaults = {
+      .cookie = sizeof(thrum_scene_load_def),
+      THRUM_LOAD_FIELDS(THRUM_VALUE).course = {THRUM_COURSE_FIELDS(THRUM_VALUE)}};
+  thrum_def_fill(def, size, &defaults, sizeof defaults);
+}
+
 void thrum_scene_link_def_init(thrum_scene_link_def *def, size_t size) {
   const thrum_scene_link_def defaults = {
       .cookie = sizeof(thrum_scene_link_def), .other = -1, THRUM_LINK_FIELDS(THRUM_VALUE)};
@@ -92,6 +99,9 @@ void thrum_scene_link_def_init(thrum_scene_link_def *def, size_t size) {
 #define KIND_SOLID_SHAPE(value)                                                                    \
   .kind = THRUM_FIELD_CHOICE, .width = 1, .names = THRUM_NAMES_SOLID_SHAPE
 #define KIND_LINK_KIND(value) .kind = THRUM_FIELD_CHOICE, .width = 1, .names = THRUM_NAMES_LINK_KIND
+#define KIND_LOAD_SHAPE(value)                                                                     \
+  .kind = THRUM_FIELD_CHOICE, .width = 1, .names = THRUM_NAMES_LOAD_SHAPE
+#define KIND_LOAD_KIND(value) .kind = THRUM_FIELD_CHOICE, .width = 1, .names = THRUM_NAMES_LOAD_KIND
 #define COUNTED(value) .count_offset = offsetof(TYPE, THRUM_FIRST value)
 #define KIND_DOUBLES(value) .kind = THRUM_FIELD_DOUBLES, .width = THRUM_SECOND value, COUNTED(value)
 #define KIND_PLACES(value) .kind = THRUM_FIELD_DOUBLES, .width = THRUM_SECOND value, COUNTED(value)
@@ -116,12 +126,14 @@ void thrum_scene_link_def_init(thrum_scene_link_def *def, size_t size) {
 #define TEXTS(of_unit, text, words) .unit = of_unit, .about = text, .otherwise = words,
 #endif
 
-#define FIELD(where, of, member, of_unit, value, without, range, text)                             \
+#define FIELD(where, of, member, ...) FIELD_AT(where, of, member, member, __VA_ARGS__)
+#define COURSE_FIELD(where, of, member, ...) FIELD_AT(where, of, member, course.member, __VA_ARGS__)
+#define FIELD_AT(where, of, member, place, of_unit, value, without, range, text)                   \
   {.name = #member,                                                                                \
    TEXTS(of_unit, text, THRUM_WORDS(of, value, without)) KIND_##of(value),                         \
    RANGE_##range,                                                                                  \
    .key = KEY_##where,                                                                             \
-   .offset = offsetof(TYPE, member)},
+   .offset = offsetof(TYPE, place)},
 
 #define TYPE thrum_scene_body_def
 static const thrum_field of_body[] = {THRUM_BODY_FIELDS(FIELD)};
@@ -140,6 +152,9 @@ static const thrum_field of_wind[] = {THRUM_WIND_FIELDS(FIELD)};
 #undef TYPE
 #define TYPE thrum_contact_pairs_def
 static const thrum_field of_pairs[] = {THRUM_PAIRS_FIELDS(FIELD)};
+#undef TYPE
+#define TYPE thrum_scene_load_def
+static const thrum_field of_load[] = {THRUM_LOAD_FIELDS(FIELD) THRUM_COURSE_FIELDS(COURSE_FIELD)};
 #undef TYPE
 
 /* Each record with its rows, the size of its def, and what makes that. */
@@ -162,6 +177,8 @@ static const struct {
         RECORD(of_pairs, thrum_contact_pairs_def, "thrum_default_contact_pairs_def"),
     [THRUM_SCENE_RECORD_WIND] =
         RECORD(of_wind, thrum_scene_wind_def, "thrum_default_scene_wind_def"),
+    [THRUM_SCENE_RECORD_LOAD] =
+        RECORD(of_load, thrum_scene_load_def, "thrum_default_scene_load_def"),
 #undef RECORD
 };
 
@@ -197,6 +214,9 @@ void thrum_scene_record_default(thrum_scene_record record, void *def) {
     break;
   case THRUM_SCENE_RECORD_WIND:
     *(thrum_scene_wind_def *)def = thrum_default_scene_wind_def();
+    break;
+  case THRUM_SCENE_RECORD_LOAD:
+    *(thrum_scene_load_def *)def = thrum_default_scene_load_def();
     break;
   }
 }
@@ -239,6 +259,7 @@ thrum_status scene_fields_check(thrum_scene_record record, const void *def, thru
     thrum_scene_solid_def solid;
     thrum_contact_pairs_def pairs;
     thrum_scene_wind_def wind;
+    thrum_scene_load_def load;
     thrum_obstacle obstacle;
   } defaults;
   int64_t count;

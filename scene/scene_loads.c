@@ -10,11 +10,13 @@
 #include "scene/scene_loads.h"
 
 #include "scene/scene_access.h"
+#include "scene/scene_fields.h"
 #include "scene/scene_memory.h"
 #include "scene/scene_parts.h"
 #include "scene/scene_placement.h"
 #include "scene/scene_reduced_load.h"
 
+#include "core/base/def.h"
 #include "core/base/finite.h"
 
 #include <math.h>
@@ -50,8 +52,9 @@ thrum_status scene_gravity_reduce(scene_body *body, const double gravity[3], thr
   memcpy(body->directions, body->force, (size_t)body->model->rank * sizeof *body->force);
   if (!body->free)
     return THRUM_OK;
-  const thrum_scene_load load = {.kind = THRUM_SCENE_ACCELERATION,
-                                 .vector = {gravity[0], gravity[1], gravity[2]}};
+  thrum_scene_load_def load = thrum_default_scene_load_def();
+  load.kind = THRUM_SCENE_ACCELERATION;
+  memcpy(load.vector, gravity, sizeof load.vector);
   return scene_parts_make(body, &load, 0, error);
 }
 
@@ -88,7 +91,7 @@ static thrum_status reduce_field(const scene_body *body, const double *field, do
   return status;
 }
 
-static thrum_status reduce_load(const scene_body *body, const thrum_scene_load *load,
+static thrum_status reduce_load(const scene_body *body, const thrum_scene_load_def *load,
                                 double *reduced, thrum_error *error) {
   double local[3];
   thrum_status status = THRUM_OK;
@@ -121,21 +124,27 @@ static thrum_status reduce_load(const scene_body *body, const thrum_scene_load *
   return status;
 }
 
-static thrum_status check_load(const thrum_scene_load *load, thrum_error *error) {
-  const thrum_load *course = &load->course;
-  if (load->kind != THRUM_SCENE_FIELD && load->kind != THRUM_SCENE_REDUCED &&
-      !thrum_all_finite(load->vector, 3))
-    return thrum_error_set(error, THRUM_BAD_VALUE, "a load is not finite");
-  if (isnan(course->from) || isnan(course->until) || !isfinite(course->frequency))
-    return thrum_error_set(error, THRUM_BAD_VALUE, "the course of a load is not a number");
+/* The numbers of a load by their rows, and its choices. */
+static thrum_status check_load(const scene_body *body, const thrum_scene_load_def *load,
+                               thrum_error *error) {
+  THRUM_TRY(scene_fields_check(THRUM_SCENE_RECORD_LOAD, load, error));
+  if ((unsigned)load->course.shape > THRUM_LOAD_RAMP)
+    return thrum_error_set_field(error, "shape", THRUM_INVALID_ARGUMENT,
+                                 " of a load is none that is known");
+  if (load->field != NULL && load->field_count != body->model->vertex_count)
+    return thrum_error_set_field(
+        error, "field", THRUM_MODEL_MISMATCH, " has %lld forces, and the model %lld vertices",
+        (long long)load->field_count, (long long)body->model->vertex_count);
   return THRUM_OK;
 }
 
-thrum_status thrum_scene_add_load(thrum_scene *scene, int32_t number, const thrum_scene_load *load,
-                                  thrum_error *error) {
+thrum_status thrum_scene_add_load(thrum_scene *scene, int32_t number,
+                                  const thrum_scene_load_def *load, thrum_error *error) {
+  thrum_scene_load_def whole = thrum_default_scene_load_def();
   scene_body *body = NULL;
   THRUM_TRY(scene_body_at(scene, number, &body, error));
-  THRUM_TRY(check_load(load, error));
+  load = thrum_def_whole(load, &whole, sizeof whole);
+  THRUM_TRY(check_load(body, load, error));
 
   // room first, so that a load is added whole or not at all
   const int64_t r = body->model->rank, count = body->load_count + 1;

@@ -34,8 +34,8 @@ static thrum_status reduce_field(const scene_body *body, const double *field, in
 }
 
 /* Component b of the load along axis a of the body, as the scaled body has it. */
-static thrum_status reduce_part(const scene_body *body, const thrum_scene_load *load, int a, int b,
-                                double *reduced, thrum_error *error) {
+static thrum_status reduce_part(const scene_body *body, const thrum_scene_load_def *load, int a,
+                                int b, double *reduced, thrum_error *error) {
   double local[3] = {0};
   double factor = body->k;
   thrum_status status = THRUM_OK;
@@ -70,7 +70,7 @@ static void add_moment(const scene_body *body, int64_t vertex, const double forc
 }
 
 /* Force and moments of the load on the body as a whole. */
-static void find_whole(const scene_body *body, const thrum_scene_load *load, double moments[9],
+static void find_whole(const scene_body *body, const thrum_scene_load_def *load, double moments[9],
                        double resultant[3]) {
   const int64_t all = body->model->vertex_count;
   const int64_t count = load->vertices ? load->count : all;
@@ -97,7 +97,7 @@ static void find_whole(const scene_body *body, const thrum_scene_load *load, dou
   }
 }
 
-thrum_status scene_parts_make(scene_body *body, const thrum_scene_load *load, int64_t index,
+thrum_status scene_parts_make(scene_body *body, const thrum_scene_load_def *load, int64_t index,
                               thrum_error *error) {
   const int64_t r = body->model->rank, count = index + 1;
   if (index >= body->load_count &&

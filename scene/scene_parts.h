@@ -6,7 +6,7 @@
 #include "scene/scene_private.h"
 
 /* Reduces load `index` of a free body in every direction that the body may rotate to. */
-thrum_status scene_parts_make(scene_body *body, const thrum_scene_load *load, int64_t index,
+thrum_status scene_parts_make(scene_body *body, const thrum_scene_load_def *load, int64_t index,
                               thrum_error *error);
 
 /* The directions of its loads as it stands now, and what they do to it as a whole. */

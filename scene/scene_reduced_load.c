@@ -9,16 +9,18 @@
 
 #include <string.h>
 
-thrum_status scene_reduced_check(const scene_body *body, const thrum_scene_load *load,
+thrum_status scene_reduced_check(const scene_body *body, const thrum_scene_load_def *load,
                                  thrum_error *error) {
   const int64_t r = body->model->rank;
   if (load->reduced == NULL || (body->free && load->parts == NULL))
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "a reduced load of body '%s' has no array %s", body->name,
                            load->reduced == NULL ? "reduced" : "parts, which free bodies need");
-  if (thrum_all_finite(load->reduced, r) &&
-      (!body->free || (thrum_all_finite(load->parts, 9 * r) && thrum_all_finite(load->moments, 9) &&
-                       thrum_all_finite(load->resultant, 3))))
+  if (load->rank != r)
+    return thrum_error_set_field(error, "reduced", THRUM_MODEL_MISMATCH,
+                                 " has %lld numbers, and body '%s' %lld coordinates",
+                                 (long long)load->rank, body->name, (long long)r);
+  if (thrum_all_finite(load->reduced, r) && (!body->free || thrum_all_finite(load->parts, 9 * r)))
     return THRUM_OK;
   return thrum_error_set(error, THRUM_BAD_VALUE, "a reduced load of body '%s' is not finite",
                          body->name);
@@ -31,7 +33,7 @@ int64_t thrum_scene_load_count(const thrum_scene *scene, int32_t number) {
 }
 
 thrum_status thrum_scene_load_get(const thrum_scene *scene, int32_t number, int64_t index,
-                                  thrum_scene_load *load, thrum_error *error) {
+                                  thrum_scene_load_def *load, thrum_error *error) {
   // the first load of a body is its weight, which is not counted here
   scene_body *body = NULL;
   THRUM_TRY(scene_body_at(scene, number, &body, error));
@@ -40,9 +42,11 @@ thrum_status thrum_scene_load_get(const thrum_scene *scene, int32_t number, int6
                            (long long)index);
 
   const int64_t r = body->model->rank, place = index + 1;
-  *load = (thrum_scene_load){.kind = THRUM_SCENE_REDUCED,
-                             .course = body->courses[place],
-                             .reduced = body->directions + place * r};
+  *load = thrum_default_scene_load_def();
+  load->kind = THRUM_SCENE_REDUCED;
+  load->course = body->courses[place];
+  load->reduced = body->directions + place * r;
+  load->rank = r;
 
   // a free body turns, so its loads come with their parts along its axes
   if (!body->free)

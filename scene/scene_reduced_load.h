@@ -6,7 +6,7 @@
 #include "scene/scene_private.h"
 
 /* Whether this reduced load may be added to the body. */
-thrum_status scene_reduced_check(const scene_body *body, const thrum_scene_load *load,
+thrum_status scene_reduced_check(const scene_body *body, const thrum_scene_load_def *load,
                                  thrum_error *error);
 
 #endif

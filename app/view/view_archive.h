@@ -51,6 +51,10 @@ cJSON *view_archive_scene_of_run(const scene_run *run, const int64_t *of_body);
 cJSON *view_archive_scene_of_motion(view_archive_motion motion, const char *const *names,
                                     const int64_t *of_body, const scene_run *obstacles);
 
+/* Adds the members of a def that scene files have as keys, by the rows of thrum/fields.h, but for
+ * those that `object` has. */
+void view_archive_add_fields(cJSON *object, thrum_scene_record record, const void *def);
+
 /* The folder of a finished run, or of a curve, that is to be played. */
 typedef struct view_run_request {
   const char *path;

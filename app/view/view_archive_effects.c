@@ -2,21 +2,19 @@
  * wind. Loads, links and starts are read off the scene that `thrum simulate` would step, so that
  * the page has the same numbers. SPDX-License-Identifier: Apache-2.0 */
 #include <cjson/cJSON.h>
-#include <math.h>
 #include <stdint.h>
 
 #include "app/view/view_archive.h"
 #include "io/json.h"
 #include "thrum/thrum.h"
 
+/* The course of a load, whose rows are those of loads that are keys. */
 static void add_course(cJSON *object, const thrum_load *course) {
   static const char *const names[] = {"constant", "sine", "ramp"};
+  thrum_scene_load_def load = thrum_default_scene_load_def();
+  load.course = *course;
   cJSON_AddStringToObject(object, "shape", names[course->shape]);
-  json_number(object, "from", course->from);
-  // JSON has no infinity
-  if (isfinite(course->until))
-    json_number(object, "until", course->until);
-  json_number(object, "frequency", course->frequency);
+  view_archive_add_fields(object, THRUM_SCENE_RECORD_LOAD, &load);
 }
 
 /* q and p are of the body's rank at most, and small beside its model. */
@@ -34,7 +32,7 @@ void view_archive_add_loads(cJSON *body, const scene_run *run, int32_t n) {
   add_start(body, run, n);
   cJSON *loads = cJSON_AddArrayToObject(body, "loads");
   for (int64_t l = 0; l < thrum_scene_load_count(run->scene, n); l++) {
-    thrum_scene_load load;
+    thrum_scene_load_def load;
     cJSON *object = json_add_row(loads);
     if (thrum_scene_load_get(run->scene, n, l, &load, NULL) < 0)
       continue;
@@ -66,17 +64,11 @@ static cJSON *link_of(const scene_link_spec *spec, const thrum_scene_link_def *m
   json_number(object, "body", made->body);
   if (made->other >= 0)
     json_number(object, "other", made->other);
-  json_numbers(object, "place", made->place, 3);
-  json_numbers(object, "other_place", made->other_place, 3);
+  view_archive_add_fields(object, THRUM_SCENE_RECORD_LINK, made);
   add_side(object, "rest", "rows", &made->sides[0]);
   add_side(object, "other_rest", "other_rows", &made->sides[1]);
 
-  // a joint has no spring, and most links have no path and no end
-  json_number(object, "stiffness", made->stiffness);
-  json_number(object, "damping", made->damping);
-  json_number(object, "length", made->length);
-  if (isfinite(made->until))
-    json_number(object, "until", made->until);
+  // most links have no path
   if (made->path_count == 0)
     return object;
   json_numbers(object, "times", made->path_times, made->path_count);

@@ -74,25 +74,6 @@ static void add_rotation(cJSON *object, const double rotation[4]) {
   json_numbers(object, "rotation", turned, 4);
 }
 
-/* The other fields of a body that scene files have, by the rows of thrum/fields.h. */
-static void add_fields(cJSON *object, const thrum_scene_body_def *def) {
-  int64_t count;
-  const thrum_field *fields = thrum_scene_fields(THRUM_SCENE_RECORD_BODY, &count);
-  for (const thrum_field *field = fields; field < fields + count; field++) {
-    const void *at = (const char *)def + field->offset;
-    if (!field->key || cJSON_HasObjectItem(object, field->name))
-      continue;
-    if (field->kind == THRUM_FIELD_FLAG)
-      cJSON_AddBoolToObject(object, field->name, *(const int32_t *)at);
-    else if (field->kind == THRUM_FIELD_INT64)
-      json_number(object, field->name, (double)*(const int64_t *)at);
-    else if (field->width > 1)
-      json_numbers(object, field->name, at, field->width);
-    else
-      json_number(object, field->name, *(const double *)at);
-  }
-}
-
 static cJSON *body_of_run(const scene_run *run, int32_t n, int64_t place) {
   const scene_body_spec *spec = run->bodies[n].spec;
   const thrum_state_def *def = &spec->settings.def;
@@ -107,7 +88,7 @@ static cJSON *body_of_run(const scene_run *run, int32_t n, int64_t place) {
   json_number(body, "condense", (double)masters);
   add_rotation(body, spec->rotation);
   add_colour(body, spec->colour);
-  add_fields(body, &run->bodies[n].def);
+  view_archive_add_fields(body, THRUM_SCENE_RECORD_BODY, &run->bodies[n].def);
   cJSON_AddStringToObject(body, "integrator", thrum_integrator_name(def->integrator));
   json_number(body, "damping", def->damping_alpha);
   view_archive_add_loads(body, run, n);
@@ -174,9 +155,7 @@ static cJSON *solid_of_run(const scene_run *run, const scene_obstacle_spec *spec
 static cJSON *collisions_of_run(const scene_run *run) {
   const thrum_contact_pairs_def def = scene_run_collisions_def(run);
   cJSON *collisions = cJSON_CreateObject();
-  json_number(collisions, "thickness", def.thickness);
-  json_number(collisions, "friction", def.friction);
-  json_number(collisions, "restitution", def.restitution);
+  view_archive_add_fields(collisions, THRUM_SCENE_RECORD_PAIRS, &def);
   json_number(collisions, "touches", (double)def.touch_max);
   return collisions;
 }

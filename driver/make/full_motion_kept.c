@@ -10,6 +10,7 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "driver/spec/load_spec.h"
 #include "io/file.h"
 #include "io/file_hash.h"
 #include "io/folder.h"
@@ -47,15 +48,19 @@ static uint64_t hash_body(const thrum_model *model, int mass) {
   return hash_bytes(hash, &mass, sizeof mass);
 }
 
+static uint64_t hash_course(uint64_t hash, const thrum_load *course) {
+  double numbers[LOAD_COURSE_NUMBERS];
+  load_course_numbers(course, numbers);
+  return hash_numbers(hash, numbers, LOAD_COURSE_NUMBERS);
+}
+
 /* Adds what acts on the body beside loads, and where it starts; neither changes nothing. */
 static uint64_t hash_rest(uint64_t hash, const thrum_model *model,
                           const full_motion_script *script) {
   const int64_t all = 3 * model->vertex_count;
   for (int64_t n = 0; n < script->base_motion_count; n++) {
     const base_motion_spec *base = &script->base_motions[n];
-    const double course[] = {(double)base->course.shape, base->course.from, base->course.until,
-                             base->course.frequency};
-    hash = hash_numbers(hash, course, sizeof course / sizeof course[0]);
+    hash = hash_course(hash, &base->course);
     hash = hash_numbers(hash, base->amplitude, 3);
     if (base->sine)
       continue;
@@ -75,9 +80,7 @@ static uint64_t hash_run(const thrum_model *model, int mass, const full_motion_s
                          double dt, int64_t samples) {
   uint64_t hash = hash_body(model, mass);
   for (int64_t n = 0; n < script->load_count; n++) {
-    const thrum_load *course = &script->courses[n];
-    const double window[] = {(double)course->shape, course->from, course->until, course->frequency};
-    hash = hash_numbers(hash, window, sizeof window / sizeof window[0]);
+    hash = hash_course(hash, &script->courses[n]);
   }
   hash = hash_numbers(hash, script->forces, 3 * script->load_count * model->vertex_count);
   hash = hash_rest(hash, model, script);

@@ -25,10 +25,11 @@
 /* A load on the engine: its vector is still in world axes. */
 static thrum_status add_load(scene_run *run, int32_t n, const load_spec *load, thrum_error *error) {
   const scene_body_run *body = &run->bodies[n];
-  thrum_scene_load given = {.kind = load->gravity    ? THRUM_SCENE_ACCELERATION
-                                    : load->traction ? THRUM_SCENE_FIELD
-                                                     : THRUM_SCENE_FORCE,
-                            .course = load->course};
+  thrum_scene_load_def given = thrum_default_scene_load_def();
+  given.kind = load->gravity    ? THRUM_SCENE_ACCELERATION
+               : load->traction ? THRUM_SCENE_FIELD
+                                : THRUM_SCENE_FORCE;
+  given.course = load->course;
   memcpy(given.vector, load->vector, sizeof given.vector);
 
   // a force acts on the vertices of its target, a traction as a field over the body
@@ -48,6 +49,7 @@ static thrum_status add_load(scene_run *run, int32_t n, const load_spec *load, t
     for (int64_t c = 0; status >= 0 && c < 3 * body->model->vertex_count; c++)
       field[c] *= area;
     given.field = field;
+    given.field_count = body->model->vertex_count;
   }
 
   THRUM_THEN(status, thrum_scene_add_load(run->scene, n, &given, error));
@@ -86,8 +88,9 @@ static void note_gravity(const scene_run *run, scene_body_run *body) {
     return;
   snprintf(body->gravity, sizeof body->gravity, "gravity:%.17g,%.17g,%.17g", g[0], g[1], g[2]);
   load_spec *load = &body->request.loads[body->request.load_count++];
-  *load = (load_spec){
-      .text = body->gravity, .gravity = true, .course = {THRUM_LOAD_CONSTANT, 0, INFINITY, 0}};
+  *load = (load_spec){.text = body->gravity,
+                      .gravity = true,
+                      .course = {.shape = THRUM_LOAD_CONSTANT, .until = INFINITY}};
   thrum_scene_to_body(body->spec->rotation, g, load->vector, NULL);
 }
 

@@ -31,8 +31,9 @@ static uint64_t hash_numbers(uint64_t hash, const double *values, int64_t count)
 }
 
 static uint64_t hash_course(uint64_t hash, const thrum_load *course) {
-  const double numbers[] = {(double)course->shape, course->from, course->until, course->frequency};
-  return hash_numbers(hash, numbers, sizeof numbers / sizeof numbers[0]);
+  double numbers[LOAD_COURSE_NUMBERS];
+  load_course_numbers(course, numbers);
+  return hash_numbers(hash, numbers, LOAD_COURSE_NUMBERS);
 }
 
 /* Adds the definition of the body's state to the hash. */
@@ -124,7 +125,7 @@ uint64_t scene_trial_hash(const scene_run *run, int32_t n) {
 
   // loads count as they act on the coordinates of the body
   for (int64_t l = 0; l < thrum_scene_load_count(run->scene, n); l++) {
-    thrum_scene_load load;
+    thrum_scene_load_def load;
     if (thrum_scene_load_get(run->scene, n, l, &load, NULL) < 0)
       continue;
     hash = hash_numbers(hash_course(hash, &load.course), load.reduced, rank);
@@ -151,7 +152,7 @@ static thrum_status fill(scene_trial *trial, thrum_error *error) {
 
   // loads as the engine has reduced them already
   for (int64_t l = 0; l < thrum_scene_load_count(run->scene, trial->number); l++) {
-    thrum_scene_load load;
+    thrum_scene_load_def load;
     THRUM_TRY(thrum_scene_load_get(run->scene, trial->number, l, &load, error));
     THRUM_TRY(thrum_scene_add_load(trial->scene, 0, &load, error));
   }

@@ -13,6 +13,7 @@
 
 #include "config/message.h"
 #include "config/parse.h"
+#include "driver/spec/load_spec.h"
 #include "io/text.h"
 #include "mesh/mesh_grow.h"
 #include "platform/allocate.h"
@@ -30,22 +31,6 @@ static thrum_status refuse(const char *text, thrum_error *error) {
                          text);
 }
 
-/* Cuts the pair that `body` ends with off it. False where there is none, or none that is known. */
-static bool take_pair(char *body, thrum_load *course) {
-  static const char *const keys[] = {"f", "from", "until"};
-  double *const values[] = {&course->frequency, &course->from, &course->until};
-  char *comma = strrchr(body, ',');
-  char *equals = comma != NULL ? strchr(comma, '=') : NULL;
-  for (int n = 0; equals != NULL && n < 3; n++) {
-    const size_t length = strlen(keys[n]);
-    if (equals == comma + 1 + length && strncmp(comma + 1, keys[n], length) == 0) {
-      *comma = 0;
-      return config_parse_number(equals + 1, values[n]);
-    }
-  }
-  return false;
-}
-
 static thrum_status parse_sine(const char *text, base_motion_spec *base_motion,
                                thrum_error *error) {
   char body[BASE_MOTION_TEXT_MAX];
@@ -56,14 +41,8 @@ static thrum_status parse_sine(const char *text, base_motion_spec *base_motion,
 
   // the pairs are taken from the right; the amplitude is left
   base_motion->sine = true;
-  base_motion->course = (thrum_load){.shape = THRUM_LOAD_SINE, .until = INFINITY};
-  while (strchr(body, '=') != NULL)
-    if (!take_pair(body, &base_motion->course))
-      return refuse(text, error);
-
-  // a sine needs a frequency and a window that ends after it begins
-  if (!config_parse_vector3(body, base_motion->amplitude) || !(base_motion->course.frequency > 0) ||
-      !(base_motion->course.from >= 0) || !(base_motion->course.until > base_motion->course.from))
+  if (load_course_take(text, body, text, &base_motion->course, NULL) < 0 ||
+      !config_parse_vector3(body, base_motion->amplitude))
     return refuse(text, error);
   return THRUM_OK;
 }

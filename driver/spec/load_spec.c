@@ -7,6 +7,7 @@
 
 #include <math.h>
 #include <stdbool.h>
+#include <stddef.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -36,13 +37,38 @@ static const load_kind kinds[] = {
 enum { KIND_COUNT = sizeof kinds / sizeof kinds[0] };
 enum { GROUPS_LOOKED_AT = 64 }; /* for one whose name is near */
 
-enum { KEY_FROM, KEY_UNTIL, KEY_FREQUENCY, KEY_COUNT };
-static const char *const keys[KEY_COUNT] = {"from", "until", "f"};
+/* The rows of thrum/fields.h that are keys, with their places in a course. */
+#define KEY_INDEX(where, kind, name, ...) KEY_INDEX_##where(name)
+#define KEY_INDEX_BOTH(name) KEY_##name,
+#define KEY_INDEX_CODE(name)
+#define KEY_PLACE(where, kind, name, ...) KEY_PLACE_##where(name)
+#define KEY_PLACE_BOTH(name) {#name, offsetof(thrum_load, name)},
+#define KEY_PLACE_CODE(name)
+#define KEY_WORD(where, kind, name, ...) KEY_WORD_##where(name)
+#define KEY_WORD_BOTH(name) #name ", "
+#define KEY_WORD_CODE(name)
+enum { THRUM_COURSE_FIELDS(KEY_INDEX) KEY_COUNT };
+static const struct {
+  const char *name;
+  size_t place;
+} keys[KEY_COUNT] = {THRUM_COURSE_FIELDS(KEY_PLACE)};
+static const char key_words[] = THRUM_COURSE_FIELDS(KEY_WORD) "f for frequency";
 
 typedef struct key_values {
   bool given[KEY_COUNT];
   double value[KEY_COUNT];
 } key_values;
+
+/* The key of a name; KEY_COUNT: there is none. */
+static int key_of(const char *name, size_t length) {
+  int key = 0;
+  if (length == 1 && name[0] == 'f')
+    return KEY_frequency;
+  while (key < KEY_COUNT &&
+         (strlen(keys[key].name) != length || strncmp(keys[key].name, name, length) != 0))
+    key++;
+  return key;
+}
 
 /* Cuts the pairs off the end of `body`. */
 static thrum_status take_keys(char *body, const char *said, key_values *values,
@@ -54,24 +80,19 @@ static thrum_status take_keys(char *body, const char *said, key_values *values,
 
     // which of the known keys stands before the equals sign
     const size_t length = (size_t)(equals - comma) - 1;
-    int key = 0;
-    while (key < KEY_COUNT &&
-           (strlen(keys[key]) != length || strncmp(keys[key], comma + 1, length) != 0))
-      key++;
-
+    const int key = key_of(comma + 1, length);
     if (key == KEY_COUNT) {
       // a piece such as "-40@vertex=12" is the end of the vector and the target, no pair
       if (memchr(comma, '@', length + 1) != NULL || length == 0)
         return THRUM_OK;
-      return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
-                             "%s: unknown key '%.*s' (from, until, f)", said, (int)length,
-                             comma + 1);
+      return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "%s: unknown key '%.*s' (%s)", said,
+                             (int)length, comma + 1, key_words);
     }
 
     // each key once, and with a number
     if (values->given[key]) {
-      return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "%s: '%s' is given twice", said,
-                             keys[key]);
+      return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "%s: '%.*s' is given twice", said,
+                             (int)length, comma + 1);
     }
     if (!config_parse_number(equals + 1, &values->value[key])) {
       return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "%s: '%s' is not a number", said,
@@ -88,12 +109,14 @@ static thrum_status take_keys(char *body, const char *said, key_values *values,
 /* The course over time from the kind and the pairs. */
 static thrum_status make_course(const load_kind *kind, const key_values *values, const char *said,
                                 thrum_load *course, thrum_error *error) {
-  // keys that are not given leave the kind's own window
+  // keys that are not given have the defaults of their rows, and the end that of the kind
+  *course = (thrum_load){THRUM_COURSE_FIELDS(THRUM_VALUE)};
   course->shape = kind->shape;
-  course->from = values->given[KEY_FROM] ? values->value[KEY_FROM] : 0;
-  course->until =
-      values->given[KEY_UNTIL] ? values->value[KEY_UNTIL] : course->from + kind->duration;
-  course->frequency = values->given[KEY_FREQUENCY] ? values->value[KEY_FREQUENCY] : 0;
+  for (int key = 0; key < KEY_COUNT; key++)
+    if (values->given[key])
+      *(double *)(void *)((char *)course + keys[key].place) = values->value[key];
+  if (!values->given[KEY_until])
+    course->until = course->from + kind->duration;
 
   // a frequency belongs to a sine, and a sine needs one
   const bool sine = kind->shape == THRUM_LOAD_SINE;
@@ -101,7 +124,7 @@ static thrum_status make_course(const load_kind *kind, const key_values *values,
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "%s: a sine needs its frequency in Hz, such as f=1", said);
   }
-  if (!sine && values->given[KEY_FREQUENCY]) {
+  if (!sine && values->given[KEY_frequency]) {
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "%s: only a sine has a frequency f",
                            said);
   }
@@ -235,6 +258,21 @@ thrum_status load_spec_parse(const char *text, load_spec *load, thrum_error *err
   return THRUM_OK;
 }
 
+void load_course_numbers(const thrum_load *course, double numbers[LOAD_COURSE_NUMBERS]) {
+#define NUMBER(where, kind, name, ...) (double)course->name,
+  const double all[LOAD_COURSE_NUMBERS] = {THRUM_COURSE_FIELDS(NUMBER)};
+#undef NUMBER
+  memcpy(numbers, all, sizeof all);
+}
+
+thrum_status load_course_take(const char *kind, char *body, const char *said, thrum_load *course,
+                              thrum_error *error) {
+  size_t name_length = 0;
+  key_values values = {0};
+  THRUM_TRY(take_keys(body, said, &values, error));
+  return make_course(kind_of(kind, &name_length), &values, said, course, error);
+}
+
 thrum_status load_course_parse(const char *text, const char *said, double *strength,
                                thrum_load *course, thrum_error *error) {
   char body[LOAD_TEXT_MAX];
@@ -247,13 +285,13 @@ thrum_status load_course_parse(const char *text, const char *said, double *stren
                            "square:LEVEL or impulse:LEVEL",
                            said);
   snprintf(body, sizeof body, "%s", text + name_length + 1);
-  key_values values = {0};
   double level = 0;
-  THRUM_TRY(take_keys(body, said, &values, error));
+  thrum_load parsed;
+  THRUM_TRY(load_course_take(text, body, said, &parsed, error));
   if (!config_parse_number(body, &level))
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "%.200s: '%.60s' is not a number", said,
                            body);
-  THRUM_TRY(make_course(kind, &values, said, course, error));
+  *course = parsed;
   *strength = level;
   return THRUM_OK;
 }

@@ -25,6 +25,11 @@ typedef struct load_vertices {
   int32_t *owned; /* what of the list was made for it */
 } load_vertices;
 
+/* The numbers of a course, whose bits tell it from others. */
+#define LOAD_COURSE_ONE(...) +1
+enum { LOAD_COURSE_NUMBERS = THRUM_COURSE_FIELDS(LOAD_COURSE_ONE) };
+void load_course_numbers(const thrum_load *course, double numbers[LOAD_COURSE_NUMBERS]);
+
 /* One parsed load. `text` is borrowed from argv. */
 typedef struct load_spec {
   const char *text;
@@ -61,6 +66,11 @@ bool load_spec_begins(const char *text);
 
 /* Parses a load; a failure is a mistake of usage. *load is untouched then. */
 thrum_status load_spec_parse(const char *text, load_spec *load, thrum_error *error);
+
+/* Cuts the pairs [,key=value...] off the end of `body` and makes the course of a load that begins
+ * as `kind` does ("sine:"); as load_course_parse. */
+thrum_status load_course_take(const char *kind, char *body, const char *said, thrum_load *course,
+                              thrum_error *error);
 
 /* Parses a strength with its course over time, KIND:STRENGTH[,key=value...], in the same words.
  * `said` begins the message of a failure, which is a mistake of usage. */

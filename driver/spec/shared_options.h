@@ -77,9 +77,13 @@ thrum_model model_of_law(const thrum_model *model, thrum_law law);
       ",layers,0/90/0 of a laminate; thrum check names the regions",                               \
       .repeats = true, .take = taken)
 
-/* The forms of LOAD, for the notes of commands. */
+/* The forms of LOAD, for the notes of commands, with the keys of thrum/fields.h. */
+#define LOAD_KEY(where, kind, name, unit, value, otherwise, range, about)                          \
+  LOAD_KEY_##where(name, unit, about)
+#define LOAD_KEY_BOTH(name, unit, about) "  " #name "=  " about " [" unit "]\n"
+#define LOAD_KEY_CODE(name, unit, about)
 #define LOAD_NOTES                                                                                 \
-  "LOAD is KIND:X,Y,Z@TARGET[,from=S][,until=S], a force in newtons:\n"                            \
+  "LOAD is KIND:X,Y,Z@TARGET[,KEY=VALUE...], a force in newtons:\n"                                \
   "  impulse   for 0.003 s, or until=        square    for 0.3 s, or until=\n"                     \
   "  constant  for ever, or until=           sine      needs f=HZ; for ever, or until=\n"          \
   "  ramp      rises evenly from 0 at the start to the force at until=S, and ends there\n"         \
@@ -87,7 +91,8 @@ thrum_model model_of_law(const thrum_model *model, thrum_law law);
   "  traction  traction:X,Y,Z@GROUP, a force an area in Pa on the surface there\n"                 \
   "TARGET is a group, vertex=N (from 1, as in lists of fixed vertices), near:X,Y,Z (the vertex\n"  \
   "nearest to that point of the body at rest [m]), a predicate such as 'x>0.9&z<0', or all. The\n" \
-  "force is the total: the vertices of a target share it equally, held ones included.\n"
+  "force is the total: the vertices of a target share it equally, held ones included.\n"           \
+  "KEY is\n" THRUM_COURSE_FIELDS(LOAD_KEY)
 
 /* The option of how a material flows, "--creep", that is given though nothing of the model does: no
  * yield is given, and no region has one of its own; NULL where there is none. */

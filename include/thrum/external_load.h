@@ -10,6 +10,7 @@
 #define THRUM_EXTERNAL_LOAD_H
 
 #include "thrum/api.h"
+#include "thrum/fields.h"
 #include "thrum/model.h"
 
 #ifdef __cplusplus
@@ -44,12 +45,10 @@ typedef enum thrum_load_shape {
   THRUM_LOAD_RAMP = 2      /* (t - from) / (until - from) in [from, until), 0 without end */
 } thrum_load_shape;
 
-/* A course over time. There are no defaults: set every field. */
+/* A course over time: the rows of thrum/fields.h, which have their units and defaults. Set
+ * `until`: 0 is no load. */
 typedef struct thrum_load {
-  thrum_load_shape shape; /* constant, sine or ramp */
-  double from;            /* start [s]; later: the load begins later */
-  double until;     /* end [s], may be INFINITY; later: it lasts longer, a ramp rises slower */
-  double frequency; /* of the sine [Hz]; higher: more cycles in the window */
+  THRUM_COURSE_FIELDS(THRUM_MEMBER)
 } thrum_load;
 
 /* Exact mean of the load over [step dt, (step+1) dt) [1]; dt [s]. Window ends within 1e-6 of a

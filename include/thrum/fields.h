@@ -1,4 +1,5 @@
-/* The fields of bodies, obstacles, solids, links and of touches between bodies: one row each.
+/* The fields of bodies, obstacles, solids, links, loads, wind and of touches between bodies: one
+ * row each.
  *
  * A member of a def, its default, its range, the key of scene files, the JSON schema, the pages of
  * docs/reference, and the options in Python, JavaScript and the viewer all follow from the row, so
@@ -148,6 +149,35 @@
       "places of the path, of which the way from the first counts, smooth from one to the next")   \
   ROW(BOTH, NUMBER, until, "s", INFINITY, SAY("the end"), FROM_0, "when it lets go")
 
+/* Of thrum_load: the course of a load over time. The keys are those of texts such as
+ * sine:0,0,1,frequency=2. */
+#define THRUM_COURSE_FIELDS(ROW)                                                                   \
+  ROW(CODE, LOAD_SHAPE, shape, NULL, THRUM_LOAD_CONSTANT, SAY("constant"), ANY,                    \
+      "as it is; times sin(2 pi frequency (t - from)); or times (t - from) / (until - from)")      \
+  ROW(BOTH, NUMBER, from, "s", 0, ITSELF, ANY, "when it begins; larger: later")                    \
+  ROW(BOTH, NUMBER, until, "s", INFINITY, SAY("the end"), FROM_0,                                  \
+      "when it ends; larger: it lasts longer, and a ramp rises more slowly")                       \
+  ROW(BOTH, NUMBER, frequency, "Hz", 0, ITSELF, ANY, "of a sine; larger: more cycles")
+
+/* Of thrum_scene_load_def, which has a course as well. */
+#define THRUM_LOAD_FIELDS(ROW)                                                                     \
+  ROW(CODE, LOAD_KIND, kind, NULL, THRUM_SCENE_FORCE, SAY("force"), ANY, "how it acts")            \
+  ROW(CODE, VECTOR, vector, NULL, (0, 0, 0), ITSELF, ANY,                                          \
+      "force [N] or acceleration [m/s^2]; larger: the body is moved further")                      \
+  ROW(CODE, INTS, vertices, NULL, (count, 1), SAY("all of the body"), ANY,                         \
+      "of a force: vertices that share it equally")                                                \
+  ROW(CODE, DOUBLES, field, "N", (field_count, 3), SAY("none"), ANY,                               \
+      "of a field: the force on each vertex of the model")                                         \
+  ROW(CODE, DOUBLES, reduced, "kg^1/2 m/s^2", (rank, 1), SAY("none"), ANY,                         \
+      "of a reduced load: on the coordinates of the scaled body")                                  \
+  ROW(CODE, PLACES, parts, "kg^1/2 m/s^2", (rank, 9), SAY("none"), ANY,                            \
+      "of a reduced load on a free body, 3 x 3 x rank: row [a, b] is the part of the load's "      \
+      "component b in the world along the body's axis a")                                          \
+  ROW(CODE, AXES, moments, "N m", (0, 0, 0, 0, 0, 0, 0, 0, 0), ITSELF, ANY,                        \
+      "of the same: [a, b] is the sum of arm along a times force along b, at rest")                \
+  ROW(CODE, VECTOR, resultant, "N", (0, 0, 0), ITSELF, ANY,                                        \
+      "of the same: the sum of all forces in the world")
+
 /* Of thrum_contact_pairs_def: how bodies touch each other. */
 #define THRUM_PAIRS_FIELDS(ROW)                                                                    \
   ROW(CODE, COUNT, touch_max, NULL, 4096, ITSELF, ABOVE_0,                                         \
@@ -193,6 +223,8 @@
 #define THRUM_MEMBER_OBSTACLE_SHAPE(name, value) thrum_obstacle_shape name;
 #define THRUM_MEMBER_SOLID_SHAPE(name, value) thrum_solid_shape name;
 #define THRUM_MEMBER_LINK_KIND(name, value) thrum_link_kind name;
+#define THRUM_MEMBER_LOAD_SHAPE(name, value) thrum_load_shape name;
+#define THRUM_MEMBER_LOAD_KIND(name, value) thrum_scene_load_kind name;
 #define THRUM_MEMBER_DOUBLES(name, value)                                                          \
   const double *name;                                                                              \
   int64_t THRUM_FIRST value;
@@ -208,6 +240,8 @@
 #define THRUM_NAMES_OBSTACLE_SHAPE "plane sphere box"
 #define THRUM_NAMES_SOLID_SHAPE "mesh box cylinder capsule height_field"
 #define THRUM_NAMES_LINK_KIND "spring ball hinge weld"
+#define THRUM_NAMES_LOAD_SHAPE "constant sine ramp"
+#define THRUM_NAMES_LOAD_KIND "force field acceleration reduced"
 
 /* Their defaults, as designated initialisers of C. */
 #define THRUM_VALUE(where, kind, name, unit, value, otherwise, range, about)                       \
@@ -231,6 +265,8 @@
 #define THRUM_VALUE_OBSTACLE_SHAPE(value) value
 #define THRUM_VALUE_SOLID_SHAPE(value) value
 #define THRUM_VALUE_LINK_KIND(value) value
+#define THRUM_VALUE_LOAD_SHAPE(value) value
+#define THRUM_VALUE_LOAD_KIND(value) value
 #define THRUM_VALUE_DOUBLES(value) NULL
 #define THRUM_VALUE_PLACES(value) NULL
 #define THRUM_VALUE_GRID(value) NULL
@@ -248,6 +284,7 @@
 #define THRUM_TEXT_PAIR(value) THRUM_TEXT_LIST value
 #define THRUM_TEXT_VECTOR(value) THRUM_TEXT_LIST value
 #define THRUM_TEXT_SPIN(value) THRUM_TEXT_LIST value
+#define THRUM_TEXT_AXES(value) THRUM_TEXT_LIST value
 #define THRUM_TEXT_LIST(...) "[" #__VA_ARGS__ "]"
 #define THRUM_TEXT_FLAG(value) THRUM_TEXT_FLAG_##value
 #define THRUM_TEXT_FLAG_0 "false"

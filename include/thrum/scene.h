@@ -133,43 +133,36 @@ typedef enum thrum_scene_load_kind {
   THRUM_SCENE_REDUCED = 3       /* as thrum_scene_load_get gave it */
 } thrum_scene_load_kind;
 
-/* A load over time on one body, in world axes. Zero-initialise it and set the fields of its kind
- * and the course; larger values are larger loads. The arrays are only read by thrum_scene_add_load.
- */
-typedef struct thrum_scene_load {
-  /* Which of the fields below hold. */
-  thrum_scene_load_kind kind;
+/* A load over time on one body, in world axes. Start from thrum_default_scene_load_def and set the
+ * fields of its kind and the course. The arrays are only read by thrum_scene_add_load. */
+typedef struct thrum_scene_load_def {
+  /* Set by thrum_default_scene_load_def; THRUM_UNINITIALISED_DEF without it. */
+  uint32_t cookie;
 
-  /* Force [N] or acceleration [m/s^2]; finite. */
-  double vector[3];
+  /* The rows of thrum/fields.h, which have their units and defaults. A reduced load fits a body
+   * with the same model, scale, density, rotation and freedom as that which it was got from. */
+  THRUM_LOAD_FIELDS(THRUM_MEMBER)
 
-  /* Force: count 0-based vertices that share it; NULL: all of the body, and count is ignored. */
-  const int32_t *vertices;
-  int64_t count;
-
-  /* Field: vertex_count x 3 forces [N]; finite. */
-  const double *field;
-
-  /* Factor of the load over the scene's time; see thrum_load for its fields. */
+  /* Factor of the load over the scene's time. */
   thrum_load course;
+} thrum_scene_load_def;
 
-  /* Reduced: reduced (model->rank) is the load on the coordinates of the scaled body
-   * [kg^1/2 m/s^2]; it fits a body with the same model, scale, density, rotation and freedom. parts
-   * (3 x 3 x model->rank) is for a free body and NULL for a held one: row [a, b] is the part of the
-   * load's world component b along the body's axis a. */
-  const double *reduced, *parts;
+/* A def with every default set. size: of the def as the caller knows it, which may be
+ * that of an earlier version (docs/versioning.md). Any thread. */
+THRUM_API void thrum_scene_load_def_init(thrum_scene_load_def *def, size_t size);
 
-  /* Reduced, free body: [a, b] is the sum of arm along a times force along b, at rest [N m]. */
-  double moments[9];
+/* The same as a value. */
+static inline thrum_scene_load_def thrum_default_scene_load_def(void) {
+  thrum_scene_load_def def;
+  thrum_scene_load_def_init(&def, sizeof def);
+  return def;
+}
 
-  /* Reduced, free body: sum of all forces in the world [N]. */
-  double resultant[3];
-} thrum_scene_load;
-
-/* Adds a load to a body. THRUM_MISSING for a force or field on a model without a basis, or an
- * acceleration of one without axis_mass. */
+/* Adds a load to a body. THRUM_UNINITIALISED_DEF, THRUM_INVALID_ARGUMENT or THRUM_BAD_VALUE with
+ * the field, THRUM_MODEL_MISMATCH for arrays of another model's length, THRUM_MISSING for a force
+ * or field on a model without a basis, or an acceleration of one without axis_mass. */
 THRUM_API thrum_status thrum_scene_add_load(thrum_scene *scene, int32_t body,
-                                            const thrum_scene_load *load, thrum_error *error);
+                                            const thrum_scene_load_def *load, thrum_error *error);
 
 /* Number of loads of a body; 0 where there is no such body. */
 THRUM_API int64_t thrum_scene_load_count(const thrum_scene *scene, int32_t body);
@@ -177,7 +170,7 @@ THRUM_API int64_t thrum_scene_load_count(const thrum_scene *scene, int32_t body)
 /* Load `index` of a body into *load, as a reduced one. The scene owns its arrays, which stay until
  * something is added. */
 THRUM_API thrum_status thrum_scene_load_get(const thrum_scene *scene, int32_t body, int64_t index,
-                                            thrum_scene_load *load, thrum_error *error);
+                                            thrum_scene_load_def *load, thrum_error *error);
 
 /* Accelerates the ground under all bodies: by a motion sampled in time, which must outlive the
  * scene and have velocities and positions; or by `amplitude` [m/s^2] times a course. Bodies,
@@ -737,7 +730,8 @@ typedef enum thrum_scene_record {
   THRUM_SCENE_RECORD_SOLID = 2,    /* thrum_scene_solid_def */
   THRUM_SCENE_RECORD_LINK = 3,     /* thrum_scene_link_def */
   THRUM_SCENE_RECORD_PAIRS = 4,    /* thrum_contact_pairs_def */
-  THRUM_SCENE_RECORD_WIND = 5      /* thrum_scene_wind_def */
+  THRUM_SCENE_RECORD_WIND = 5,     /* thrum_scene_wind_def */
+  THRUM_SCENE_RECORD_LOAD = 6      /* thrum_scene_load_def, with its course */
 } thrum_scene_record;
 
 /* What a member holds. */

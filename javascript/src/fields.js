@@ -1,9 +1,9 @@
-// Defs of bodies, obstacles, solids, links and contact, filled by name from the rows of thrum/fields.h.
+// Defs of bodies, obstacles, solids, links, loads and contact, filled by name from the rows of thrum/fields.h.
 // SPDX-License-Identifier: Apache-2.0
 import { ThrumError, doubles, vertices } from './memory.js';
 
 /** Records, in the order of thrum_record. */
-export const RECORDS = ['body', 'obstacle', 'solid', 'link', 'pairs', 'wind'];
+export const RECORDS = ['body', 'obstacle', 'solid', 'link', 'pairs', 'wind', 'load'];
 
 /** What a field holds, in the order of thrum_field_kind. */
 export const KINDS = ['double', 'float', 'int64', 'int32', 'flag', 'choice', 'doubles', 'ints', 'grid'];

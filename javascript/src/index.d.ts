@@ -302,12 +302,9 @@ export type LoadOptions = Place & {
   /** [N], or in its place an acceleration [m/s^2]. */
   force?: Vector;
   acceleration?: Vector;
-  /** Acts in [start, until) [s]; with a frequency [Hz] times sin(2 pi frequency (t - start)), as a ramp times
-   * (t - start) / (until - start). */
-  start?: number;
-  until?: number;
-  frequency?: number;
+  /** Grows from 0 at its start to all of it at its end. */
   ramp?: boolean;
+@LOAD@
 };
 
 /** A spring or joint between places of two bodies, or of a body and the world. */

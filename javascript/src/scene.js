@@ -4,11 +4,8 @@ import { Owned, Resource, ThrumError, doubles, snapshotBytes, steps } from './me
 import { integratorNumber, knownOptions } from './model.js';
 
 const LINKS = ['spring', 'ball', 'hinge', 'weld']; // in the order of thrum_link_kind
-const FORCE = 0;
-const ACCELERATION = 2;
-const COURSES = { constant: 0, sine: 1, ramp: 2 }; // thrum_load_shape
+const LOADS = ['force', 'acceleration', 'field']; // kinds of loads that name what acts
 const DETAIL_OPTIONS = ['masters', 'beyond', 'still', 'jump'];
-const LOAD_OPTIONS = ['force', 'acceleration', 'vertices', 'vertex', 'group', 'start', 'until', 'frequency', 'ramp'];
 
 export class Scene extends Resource {
   #memory;
@@ -254,17 +251,15 @@ export class Body {
   }
 
   addLoad(load) {
-    knownOptions(load, LOAD_OPTIONS, 'a load');
-    if ((load.force === undefined) === (load.acceleration === undefined))
-      throw new ThrumError('a load is one of force and acceleration', -1);
-    const kind = load.force === undefined ? ACCELERATION : FORCE;
-    if (load.ramp && load.frequency !== undefined) throw new ThrumError('a load is a ramp or a sine, not both', -1);
-    const course = load.ramp ? COURSES.ramp : load.frequency === undefined ? COURSES.constant : COURSES.sine;
-    const vector = doubles(load.force ?? load.acceleration, 3, 'a load');
-    const chosen = this.model.chosen(load);
-    const numbers = [...vector, load.start ?? 0, load.until ?? Infinity, load.frequency ?? 0];
-    this.#memory.lend([chosen], (at) => this.scene.call('js_scene_load', numbers, this.number, kind, course, at,
-      chosen?.length ?? 0, 0, 0));
+    const { ramp, start, vertices: _, vertex, group, force, acceleration, field, ...course } = load;
+    const given = { force, acceleration, field };
+    const kinds = LOADS.filter((kind) => given[kind] !== undefined);
+    if (kinds.length !== 1) throw new ThrumError('a load is one of force, field and acceleration', -1);
+    if (ramp && course.frequency !== undefined) throw new ThrumError('a load is a ramp or a sine, not both', -1);
+    const curved = course.frequency === undefined ? undefined : 'sine';
+    withDef(this.#memory, 'load', { kind: kinds[0], vector: force ?? acceleration, field, from: start,
+      vertices: this.model.chosen({ vertices: load.vertices, vertex, group }), shape: ramp ? 'ramp' : curved, ...course },
+    () => this.scene.call('js_scene_load', undefined, this.number), this.model.vertexCount);
   }
 
   pull(vertex, target, { stiffness, damping = -1 }) {

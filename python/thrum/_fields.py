@@ -1,4 +1,4 @@
-"""Defs of bodies, obstacles, solids, links and contact, filled by name from the rows of thrum/fields.h.
+"""Defs of bodies, obstacles, solids, links, loads and contact, filled by name from the rows of thrum/fields.h.
 
 SPDX-License-Identifier: Apache-2.0
 """
@@ -16,7 +16,7 @@ from ._native import ffi, lib
 # C types of the records, in the order of thrum_scene_record
 _RECORDS = {"body": "thrum_scene_body_def", "obstacle": "thrum_obstacle", "solid": "thrum_scene_solid_def",
             "link": "thrum_scene_link_def", "contact between bodies": "thrum_contact_pairs_def",
-            "wind": "thrum_scene_wind_def"}
+            "wind": "thrum_scene_wind_def", "load": "thrum_scene_load_def"}
 _MEMBERS = {lib.THRUM_FIELD_DOUBLE: "double", lib.THRUM_FIELD_FLOAT: "float", lib.THRUM_FIELD_INT64: "int64_t",
             lib.THRUM_FIELD_INT32: "int32_t", lib.THRUM_FIELD_FLAG: "int32_t", lib.THRUM_FIELD_CHOICE: "int32_t"}
 

@@ -24,29 +24,28 @@ from .surface import Surface
 if TYPE_CHECKING:
     from typing_extensions import Unpack
 
-    from ._keywords import BodyOptions, LinkOptions, ObstacleOptions, PairsOptions, SolidOptions, WindOptions
+    from ._keywords import BodyOptions, LinkOptions, LoadOptions, ObstacleOptions, PairsOptions, SolidOptions, WindOptions
 
 _LINK_REPORT = ("drift", "largest_drift", "stored", "lost", "driven")
 
 
-@dataclass
 class Load:
     """A load over time on one body, in world axes.
 
     One of: force, x, y, z [N], which `vertices` (0-based) or the `group` share, or the whole body; field, n x 3 [N];
     acceleration [m/s^2]. It acts in [start, until) [s], as it is, or times sin(2 pi frequency (t - start)) [Hz],
-    or with `ramp` times (t - start) / (until - start).
+    or with `ramp` times (t - start) / (until - start). More `options` of its course by the rows of thrum/fields.h.
     """
 
-    force: Any = None
-    vertices: Any = None
-    group: str | None = None
-    field: Any = None
-    acceleration: Any = None
-    start: float = 0.0
-    until: float = math.inf
-    frequency: float | None = None
-    ramp: bool = False
+    def __init__(self, force: Any = None, vertices: Any = None, group: str | None = None, field: Any = None,
+                 acceleration: Any = None, ramp: bool = False, **options: Unpack[LoadOptions]) -> None:
+        self.force, self.vertices, self.group, self.field, self.acceleration = force, vertices, group, field, acceleration
+        self.ramp, self.options = ramp, options
+
+    def __repr__(self) -> str:
+        given = {name: value for name, value in vars(self).items() if value is not None and name not in ("ramp", "options")}
+        words = [*given, *(["ramp"] if self.ramp else []), *(f"{name}={value}" for name, value in self.options.items())]
+        return f"Load({', '.join(words)})"
 
 
 @dataclass(frozen=True)
@@ -312,9 +311,8 @@ class Body:
 
     def add_load(self, load: Load) -> None:
         """Adds a load over time."""
-        record, kept = _load_record(load, self.model)
-        self.scene._call(lib.thrum_scene_add_load, self.number, record)
-        del kept
+        made = _load_def(load, self.model)
+        self.scene._call(lib.thrum_scene_add_load, self.number, made.c)
 
     def set_damping(self, alpha: float, beta: float = 0.0) -> None:
         """Rayleigh damping [1/s, s] from now on."""
@@ -665,31 +663,22 @@ def _chosen(name: str, body: Body | None, vertices: Any, group: str | None) -> A
     return body.model.group(group) if body is not None and group is not None else vertices
 
 
-def _load_record(load: Load, model: Model) -> tuple[Any, list[object]]:
-    """A thrum_scene_load, and the arrays that must live as long as it is read."""
+def _load_def(load: Load, model: Model) -> Def:
+    """The def of a load on a body of a model."""
     given = [name for name in ("force", "field", "acceleration") if getattr(load, name) is not None]
     if len(given) != 1:
         raise ValueError("a load is one of force, field and acceleration")
-    record = ffi.new("thrum_scene_load *")
-    kept: list[object] = []
-    if load.field is not None:
-        field = _native.doubles(load.field, (model.vertex_count, 3), "field")
-        kept.append(field)
-        record.kind, record.field = lib.THRUM_SCENE_FIELD, _native.pointer(field)
-    else:
-        record.kind = lib.THRUM_SCENE_FORCE if load.force is not None else lib.THRUM_SCENE_ACCELERATION
-        record.vector = _native.doubles(getattr(load, given[0]), (3,), given[0]).tolist()
-    chosen = model.group(load.group) if load.group is not None else load.vertices
-    if chosen is not None:
-        points = _native.vertex_numbers(chosen, model.vertex_count, "vertices")
-        kept.append(points)
-        record.vertices, record.count = _native.pointer(points, "int32_t"), points.size
-
-    if load.ramp and load.frequency is not None:
+    options: dict[str, Any] = dict(load.options)
+    if load.ramp and options.get("frequency") is not None:
         raise ValueError("a load is a ramp or a sine, not both")
-    shape = lib.THRUM_LOAD_RAMP if load.ramp else lib.THRUM_LOAD_CONSTANT
-    record.course.shape = shape if load.frequency is None else lib.THRUM_LOAD_SINE
-    record.course.__setattr__("from", float(load.start))
-    record.course.until = float(load.until)
-    record.course.frequency = 0.0 if load.frequency is None else float(load.frequency)
-    return record, kept
+    if load.field is not None:
+        options["field"] = _native.doubles(load.field, (model.vertex_count, 3), "field")
+    else:
+        options["vector"] = _native.doubles(getattr(load, given[0]), (3,), given[0])
+    if load.ramp or options.get("frequency") is not None:
+        options.setdefault("shape", "ramp" if load.ramp else "sine")
+
+    # the row is called as in C, where "from" is no word of the language
+    options["from"] = options.pop("start", None)
+    options["vertices"] = model.group(load.group) if load.group is not None else load.vertices
+    return Def("load", {"kind": given[0], **options}, model.vertex_count)

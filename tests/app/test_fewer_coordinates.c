@@ -46,11 +46,12 @@ static double furthest(const thrum_model *of, int64_t rank,
   const int32_t *tip = NULL;
   int64_t count = 0;
   MUST(thrum_model_group(of, "tip", &tip, &count, &failure));
-  const thrum_scene_load load = {.kind = THRUM_SCENE_FORCE,
-                                 .vector = {0, 0, push},
-                                 .vertices = tip,
-                                 .count = count,
-                                 .course = {THRUM_LOAD_CONSTANT, 0, INFINITY, 0}};
+  const thrum_scene_load_def load = {.cookie = sizeof load,
+                                     .kind = THRUM_SCENE_FORCE,
+                                     .vector = {0, 0, push},
+                                     .vertices = tip,
+                                     .count = count,
+                                     .course = {.shape = THRUM_LOAD_CONSTANT, .until = INFINITY}};
   MUST(thrum_scene_add_load(scene, 0, &load, &failure));
 
   double far = 0;

@@ -142,8 +142,10 @@ static void use_base_motion(const thrum_model *model, fuzz_draw *draw) {
     thrum_base_motion_spline(COUNT, times, positions, accelerations, velocities, work);
     fuzz_check(thrum_base_motion_load(model, mean, reduced, &error), &error);
   }
-  const thrum_load course = {(thrum_load_shape)draw_index(draw, 4), draw_about(draw, 1),
-                             draw_about(draw, 1), draw_any(draw)};
+  const thrum_load course = {.shape = (thrum_load_shape)draw_index(draw, 4),
+                             .from = draw_about(draw, 1),
+                             .until = draw_about(draw, 1),
+                             .frequency = draw_any(draw)};
   (void)thrum_base_motion_sine(&course, draw_about(draw, 1));
 }
 
@@ -171,7 +173,7 @@ static void use_loads(const thrum_model *model, fuzz_draw *draw) {
   // over time
   const thrum_load courses[2] = {
       {(thrum_load_shape)draw_index(draw, 4), draw_about(draw, 1), draw_about(draw, 1), 3},
-      {THRUM_LOAD_SINE, 0, INFINITY, draw_any(draw)}};
+      {.shape = THRUM_LOAD_SINE, .until = INFINITY, .frequency = draw_any(draw)}};
   double directions[2 * RANK_MOST];
   draw_vector(draw, 2 * model->rank, 1, directions);
   (void)thrum_load_mean(courses, draw_byte(draw), draw_above(draw, 0.01));

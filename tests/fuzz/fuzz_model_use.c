@@ -308,9 +308,11 @@ static void use_scene(const thrum_model *model, fuzz_draw *draw) {
     thrum_obstacle floor = thrum_default_obstacle();
     floor.shape = (thrum_obstacle_shape)draw_index(draw, 3);
     floor.centre[2] = draw_about(draw, 1);
-    const thrum_scene_load load = {.kind = THRUM_SCENE_FORCE,
-                                   .vector = {0, 0, draw_about(draw, 10)},
-                                   .course = {THRUM_LOAD_SINE, 0, INFINITY, 2}};
+    const thrum_scene_load_def load = {
+        .cookie = sizeof load,
+        .kind = THRUM_SCENE_FORCE,
+        .vector = {0, 0, draw_about(draw, 10)},
+        .course = {.shape = THRUM_LOAD_SINE, .until = INFINITY, .frequency = 2}};
     fuzz_check(thrum_scene_set_gravity(scene, gravity, &error), &error);
     fuzz_check(
         thrum_scene_set_wind(scene, (thrum_scene_wind_def[1]){wind_of(wind, 1.2, 1)}, &error),

@@ -24,10 +24,8 @@ int32_t page_add_body(thrum_scene *scene, int32_t model, int32_t integrator, dou
 int32_t js_scene_set_collisions(thrum_scene *scene, int32_t on);
 int32_t js_obstacle_turn(void);
 int32_t js_scene_obstacle(thrum_scene *scene, int32_t number);
-int32_t js_scene_load(thrum_scene *scene, int32_t body, int32_t kind, int32_t shape,
-                      const int32_t *vertices, int32_t count, const double *reduced,
-                      const double *parts);
-int32_t js_scene_base_motion(thrum_scene *scene, int32_t shape);
+int32_t js_scene_load(thrum_scene *scene, int32_t body);
+int32_t js_scene_base_motion(thrum_scene *scene);
 int32_t js_scene_base_record(thrum_scene *scene, thrum_base_motion *memory, int32_t count,
                              const double *samples);
 int32_t js_scene_gravity(thrum_scene *scene);
@@ -193,6 +191,7 @@ static int32_t add_body(fuzz_draw *draw, int32_t model, int32_t rank) {
 static void act(fuzz_draw *draw, int32_t body, int32_t rank, int32_t vertices) {
   static float shape[THRUM_RANK_MAX];
   double *reduced, *parts;
+  thrum_scene_load_def *load;
   int64_t count;
 
   // one call of the page; three of twenty are steps
@@ -244,17 +243,21 @@ static void act(fuzz_draw *draw, int32_t body, int32_t rank, int32_t vertices) {
     js_scene_obstacle(scene, -1);
     break;
   case 12:
-    set_numbers(draw, 18, 1);
+    fill_def(draw, THRUM_SCENE_RECORD_LOAD);
+    load = js_def_made();
     reduced = numbers(draw, rank, 1);
     parts = draw_byte(draw) % 2 == 0 ? numbers(draw, 9 * rank, 1) : NULL;
-    js_scene_load(scene, body, THRUM_SCENE_REDUCED, (int32_t)draw_index(draw, 3), NULL, 0, reduced,
-                  parts);
+    load->kind = draw_byte(draw) % 8 == 0 ? load->kind : THRUM_SCENE_REDUCED;
+    load->reduced = reduced;
+    load->rank = draw_byte(draw) % 8 == 0 ? draw_index(draw, rank + 2) : rank;
+    load->parts = parts;
+    js_scene_load(scene, body);
     free(reduced);
     free(parts);
     break;
   case 13:
-    set_numbers(draw, 6, 1);
-    js_scene_base_motion(scene, (int32_t)draw_index(draw, 3));
+    fill_def(draw, THRUM_SCENE_RECORD_LOAD);
+    js_scene_base_motion(scene);
     break;
   case 14:
     if (motion_count == MOTIONS_MAX)

@@ -68,8 +68,10 @@ static void add_surroundings(thrum_scene *scene, fuzz_draw *draw) {
     thrum_base_motion_integrate(3, times, accelerations, velocities, positions);
     fuzz_check(thrum_scene_add_base_motion_record(scene, &motion, &error), &error);
   }
-  const thrum_load course = {(thrum_load_shape)draw_index(draw, 3), draw_about(draw, 0.01),
-                             draw_about(draw, 1), draw_above(draw, 50)};
+  const thrum_load course = {.shape = (thrum_load_shape)draw_index(draw, 3),
+                             .from = draw_about(draw, 0.01),
+                             .until = draw_about(draw, 1),
+                             .frequency = draw_above(draw, 50)};
   double amplitude[3];
   draw_vector(draw, 3, 1, amplitude);
   fuzz_check(thrum_scene_add_base_motion(scene, amplitude, &course, &error), &error);
@@ -133,7 +135,7 @@ static void look_at(thrum_scene *scene, int32_t body, const thrum_model *model, 
   thrum_error error = {0};
   double q[RANK_MOST], matrix[16], position[3], velocity[3];
   thrum_scene_body_info info;
-  thrum_scene_load load;
+  thrum_scene_load_def load;
   thrum_scene_detail_report detail;
   static thrum_stepped_mode modes[RANK_MOST];
   if (thrum_scene_body(scene, body, &info, &error) >= 0) {
@@ -148,6 +150,7 @@ static void look_at(thrum_scene *scene, int32_t body, const thrum_model *model, 
   fuzz_check(thrum_scene_body_detail(scene, body, &detail, &error), &error);
   fuzz_check(thrum_scene_body_contact_load(scene, body, q, &error), &error);
   const int64_t index = draw_index(draw, thrum_scene_load_count(scene, body) + 2) - 1;
+  thrum_scene_load_def_init(&load, sizeof load);
   fuzz_check(thrum_scene_load_get(scene, body, index, &load, &error), &error);
   if (thrum_scene_body_vertex(scene, body, draw_index(draw, model->vertex_count + 1), position,
                               velocity, &error) >= 0)

@@ -61,7 +61,7 @@ static void step_alone(const fixture *f, const thrum_state_def *def, const thrum
                        const double gravity[3], const double force[3], const int32_t *vertex,
                        double *q, double *p) {
   const thrum_model *model = &f->m.model;
-  const thrum_load loads[2] = {{THRUM_LOAD_CONSTANT, 0, INFINITY, 0}, *course};
+  const thrum_load loads[2] = {{.shape = THRUM_LOAD_CONSTANT, .until = INFINITY}, *course};
   double directions[2 * RANK] = {0}, sum[RANK];
   assert_int_equal(thrum_load_add_gravity(model, gravity, directions, NULL), THRUM_OK);
   assert_int_equal(thrum_load_add_shared(model, vertex, 1, force, directions + RANK, NULL),
@@ -105,7 +105,8 @@ static void bodies_side_by_side_have_the_bits_of_each_alone(void **context) {
   static const thrum_integrator integrators[] = {THRUM_INTEGRATOR_IMEXV, THRUM_INTEGRATOR_NEWMARK,
                                                  THRUM_INTEGRATOR_ENERGY, THRUM_INTEGRATOR_IMEXV};
   const double gravity[3] = {0.3, 0, -9.81}, force[3] = {1, -2, 0.5};
-  const thrum_load course = {THRUM_LOAD_SINE, 0.01, INFINITY, 3};
+  const thrum_load course = {
+      .shape = THRUM_LOAD_SINE, .from = 0.01, .until = INFINITY, .frequency = 3};
   const int32_t vertex = 5;
 
   // bodies of different integrators under the same gravity and the same force
@@ -113,11 +114,12 @@ static void bodies_side_by_side_have_the_bits_of_each_alone(void **context) {
   for (int32_t n = 0; n < 4; n++) {
     const thrum_scene_body_def def = def_of(f, integrators[n]);
     assert_int_equal(add(f, &def), n);
-    const thrum_scene_load load = {.kind = THRUM_SCENE_FORCE,
-                                   .vector = {force[0], force[1], force[2]},
-                                   .vertices = &vertex,
-                                   .count = 1,
-                                   .course = course};
+    const thrum_scene_load_def load = {.cookie = sizeof load,
+                                       .kind = THRUM_SCENE_FORCE,
+                                       .vector = {force[0], force[1], force[2]},
+                                       .vertices = &vertex,
+                                       .count = 1,
+                                       .course = course};
     MUST(thrum_scene_add_load(f->scene, n, &load, &failure));
   }
 
@@ -152,11 +154,13 @@ static void a_reduced_load_is_the_load(void **context) {
   fixture *f = *context;
   const thrum_scene_body_def def = def_of(f, THRUM_INTEGRATOR_IMEXV);
   const int32_t first = add(f, &def), second = add(f, &def), vertex = 5;
-  thrum_scene_load load = {.kind = THRUM_SCENE_FORCE,
-                           .vector = {1, -2, 0.5},
-                           .vertices = &vertex,
-                           .count = 1,
-                           .course = {THRUM_LOAD_SINE, 0.01, INFINITY, 3}};
+  thrum_scene_load_def load = {
+      .cookie = sizeof load,
+      .kind = THRUM_SCENE_FORCE,
+      .vector = {1, -2, 0.5},
+      .vertices = &vertex,
+      .count = 1,
+      .course = {.shape = THRUM_LOAD_SINE, .from = 0.01, .until = INFINITY, .frequency = 3}};
   MUST(thrum_scene_add_load(f->scene, first, &load, &failure));
 
   // the load is read back in reduced coordinates, and only under an index that exists
@@ -167,7 +171,7 @@ static void a_reduced_load_is_the_load(void **context) {
 
   // reduced loads without numbers, or with a number that is not finite, are refused
   const double nothing[RANK] = {NAN};
-  thrum_scene_load wrong = load;
+  thrum_scene_load_def wrong = load;
   wrong.reduced = NULL;
   assert_true(thrum_scene_add_load(f->scene, second, &wrong, &failure) < 0);
   wrong.reduced = nothing;
@@ -191,8 +195,8 @@ static void turning_a_body_and_its_world_changes_nothing(void **context) {
   // position
   const double gravity[3] = {1, 2, -9}, force[3] = {3, 0, 1}, place[3] = {5, -7, 2};
   const double rotation[4] = {0.5, 0.5, -0.1, sqrt(1 - 0.51)};
-  const thrum_load always = {THRUM_LOAD_CONSTANT, 0, 0.2, 0};
-  const thrum_load sway = {THRUM_LOAD_SINE, 0, INFINITY, 2};
+  const thrum_load always = {.shape = THRUM_LOAD_CONSTANT, .until = 0.2};
+  const thrum_load sway = {.shape = THRUM_LOAD_SINE, .until = INFINITY, .frequency = 2};
   thrum_scene *turned = NULL;
   MUST(thrum_scene_create(0.003, &turned, &failure));
 
@@ -218,8 +222,10 @@ static void turning_a_body_and_its_world_changes_nothing(void **context) {
     MUST(thrum_scene_set_gravity(scene, g, &failure));
     MUST(thrum_scene_add_body(scene, &def, NULL, &failure));
     MUST(thrum_scene_add_base_motion(scene, push, &sway, &failure));
-    const thrum_scene_load load = {
-        .kind = THRUM_SCENE_FORCE, .vector = {push[0], push[1], push[2]}, .course = always};
+    const thrum_scene_load_def load = {.cookie = sizeof load,
+                                       .kind = THRUM_SCENE_FORCE,
+                                       .vector = {push[0], push[1], push[2]},
+                                       .course = always};
     MUST(thrum_scene_add_load(scene, 0, &load, &failure));
     MUST(thrum_scene_add_probe(scene, "all", 0, NULL, 0, &failure));
     steps(scene, STEPS);
@@ -366,9 +372,11 @@ static void a_reset_starts_over_with_the_same_bits(void **context) {
   def.start_mode = 3;
   def.start_amplitude = 0.2;
   add(f, &def);
-  const thrum_scene_load load = {.kind = THRUM_SCENE_ACCELERATION,
-                                 .vector = {1, 2, 3},
-                                 .course = {THRUM_LOAD_SINE, 0.02, 0.1, 5}};
+  const thrum_scene_load_def load = {
+      .cookie = sizeof load,
+      .kind = THRUM_SCENE_ACCELERATION,
+      .vector = {1, 2, 3},
+      .course = {.shape = THRUM_LOAD_SINE, .from = 0.02, .until = 0.1, .frequency = 5}};
   MUST(thrum_scene_add_load(f->scene, 0, &load, &failure));
 
   // the run after the reset repeats the first run
@@ -523,8 +531,12 @@ static void loads_keep_their_time_when_dt_changes(void **context) {
 
   // a load with a field over the mesh, whose course starts and ends within the run
   const double field[3 * VERTICES] = {[3] = 1, [10] = -2, [20] = 3};
-  const thrum_scene_load load = {
-      .kind = THRUM_SCENE_FIELD, .field = field, .course = {THRUM_LOAD_SINE, 0.01, 0.2, 4}};
+  const thrum_scene_load_def load = {
+      .cookie = sizeof load,
+      .kind = THRUM_SCENE_FIELD,
+      .field = field,
+      .field_count = VERTICES,
+      .course = {.shape = THRUM_LOAD_SINE, .from = 0.01, .until = 0.2, .frequency = 4}};
   MUST(thrum_scene_add_load(f->scene, 0, &load, &failure));
 
   // the time step changes while the load acts
@@ -695,7 +707,8 @@ static void bad_defs_are_refused(void **context) {
   add(f, &good);
   const int32_t beyond = VERTICES;
   assert_true(thrum_scene_add_probe(f->scene, NULL, 0, &beyond, 1, &failure) < 0);
-  const thrum_scene_load load = {.kind = THRUM_SCENE_FORCE, .vertices = &beyond, .count = 1};
+  const thrum_scene_load_def load = {
+      .cookie = sizeof load, .kind = THRUM_SCENE_FORCE, .vertices = &beyond, .count = 1};
   assert_true(thrum_scene_add_load(f->scene, 0, &load, &failure) < 0);
   const double nowhere[3] = {0, NAN, 0};
   assert_true(thrum_scene_set_gravity(f->scene, nowhere, &failure) < 0);
@@ -773,7 +786,7 @@ static void the_ground_is_where_the_base_motions_put_it(void **context) {
   const thrum_scene_body_def def = def_of(f, THRUM_INTEGRATOR_IMEXV);
   add(f, &def);
   const double frequency = 0.7, omega = 2 * pi * frequency;
-  const thrum_load sine = {THRUM_LOAD_SINE, 0, INFINITY, frequency};
+  const thrum_load sine = {.shape = THRUM_LOAD_SINE, .until = INFINITY, .frequency = frequency};
   MUST(thrum_scene_add_base_motion(f->scene, (const double[3]){2, 0, 0}, &sine, &failure));
   MUST(thrum_scene_add_base_motion(f->scene, (const double[3]){0, -1, 3}, &sine, &failure));
   steps(f->scene, 100);
@@ -792,12 +805,12 @@ static void a_ground_that_goes_nowhere_is_refused(void **context) {
   add(f, &def);
   static const double push[3] = {1, 0, 0};
   static const thrum_load courses[] = {
-      {THRUM_LOAD_SINE, INFINITY, INFINITY, 1},
-      {THRUM_LOAD_SINE, -INFINITY, INFINITY, 1},
-      {THRUM_LOAD_SINE, 0, NAN, 1},
-      {THRUM_LOAD_SINE, 0, INFINITY, 1e-300},
-      {THRUM_LOAD_SINE, 0, INFINITY, -1},
-      {THRUM_LOAD_SINE, 1e300, INFINITY, 1},
+      {.shape = THRUM_LOAD_SINE, .from = INFINITY, .until = INFINITY, .frequency = 1},
+      {.shape = THRUM_LOAD_SINE, .from = -INFINITY, .until = INFINITY, .frequency = 1},
+      {.shape = THRUM_LOAD_SINE, .until = NAN, .frequency = 1},
+      {.shape = THRUM_LOAD_SINE, .until = INFINITY, .frequency = 1e-300},
+      {.shape = THRUM_LOAD_SINE, .until = INFINITY, .frequency = -1},
+      {.shape = THRUM_LOAD_SINE, .from = 1e300, .until = INFINITY, .frequency = 1},
   };
   for (size_t n = 0; n < sizeof courses / sizeof courses[0]; n++)
     assert_int_equal(thrum_scene_add_base_motion(f->scene, push, &courses[n], &failure),

@@ -197,8 +197,11 @@ static void a_snapshot_under_a_pull_and_a_changing_load_goes_on_with_the_same_bi
 
   // the slaves answer to a load that is another one in each step, where the pull reads the shape
   const double target[3] = {1, 0, 1};
-  const thrum_scene_load load = {
-      .kind = THRUM_SCENE_FORCE, .vector = {5, -3, 4}, .course = {THRUM_LOAD_SINE, 0, INFINITY, 3}};
+  const thrum_scene_load_def load = {
+      .cookie = sizeof load,
+      .kind = THRUM_SCENE_FORCE,
+      .vector = {5, -3, 4},
+      .course = {.shape = THRUM_LOAD_SINE, .until = INFINITY, .frequency = 3}};
   MUST(thrum_scene_add_load(scene, 0, &load, &failure));
   MUST(thrum_scene_pull_start(scene, 0, 4, target, 20, 0.1, NULL, &failure));
   go_back(scene);

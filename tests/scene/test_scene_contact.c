@@ -126,11 +126,12 @@ static void a_shove_moves_and_turns_a_free_body(void **context) {
   MUST(thrum_scene_add_body(f->scene, &def, NULL, &failure));
 
   // a force at one corner for the first 0.1 s
-  const thrum_scene_load load = {.kind = THRUM_SCENE_FORCE,
-                                 .vector = {force[0], force[1], force[2]},
-                                 .vertices = &corner,
-                                 .count = 1,
-                                 .course = {THRUM_LOAD_CONSTANT, 0, 0.1, 0}};
+  const thrum_scene_load_def load = {.cookie = sizeof load,
+                                     .kind = THRUM_SCENE_FORCE,
+                                     .vector = {force[0], force[1], force[2]},
+                                     .vertices = &corner,
+                                     .count = 1,
+                                     .course = {.shape = THRUM_LOAD_CONSTANT, .until = 0.1}};
   MUST(thrum_scene_add_load(f->scene, 0, &load, &failure));
 
   // the arm of the force is measured from the mean of the vertices

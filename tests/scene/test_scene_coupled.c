@@ -153,11 +153,12 @@ static void spinning_bodies_that_meet_keep_momentum_and_gain_no_energy(void **co
 static void a_joint_between_coupled_bodies_keeps_its_place_momentum_and_energy(void **context) {
   fixture *f = *context;
   const int32_t corner = 0;
-  const thrum_scene_load push = {.kind = THRUM_SCENE_FORCE,
-                                 .vector = {3, -20, 12},
-                                 .vertices = &corner,
-                                 .count = 1,
-                                 .course = {THRUM_LOAD_CONSTANT, 0, 0.2, 0}};
+  const thrum_scene_load_def push = {.cookie = sizeof push,
+                                     .kind = THRUM_SCENE_FORCE,
+                                     .vector = {3, -20, 12},
+                                     .vertices = &corner,
+                                     .count = 1,
+                                     .course = {.shape = THRUM_LOAD_CONSTANT, .until = 0.2}};
   thrum_scene_body_def first = def_of(f, 0), other = def_of(f, 0.3);
   memset(first.spin, 0, sizeof first.spin);
   memset(other.spin, 0, sizeof other.spin);
@@ -234,11 +235,12 @@ static void a_snapshot_steps_to_the_same_bits(void **context) {
   fixture *f = *context;
   const thrum_scene_body_def def = def_of(f, 0);
   const int32_t corner = 0;
-  const thrum_scene_load load = {.kind = THRUM_SCENE_FORCE,
-                                 .vector = {0, 1, 2},
-                                 .vertices = &corner,
-                                 .count = 1,
-                                 .course = {THRUM_LOAD_CONSTANT, 0, INFINITY, 0}};
+  const thrum_scene_load_def load = {.cookie = sizeof load,
+                                     .kind = THRUM_SCENE_FORCE,
+                                     .vector = {0, 1, 2},
+                                     .vertices = &corner,
+                                     .count = 1,
+                                     .course = {.shape = THRUM_LOAD_CONSTANT, .until = INFINITY}};
   add(f, &def);
   MUST(thrum_scene_add_load(f->scene, 0, &load, &failure));
   step(f, 50);

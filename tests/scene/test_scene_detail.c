@@ -239,9 +239,10 @@ static void a_still_body_steps_fewer_until_it_moves_again(void **state) {
   assert_true(report_of(&w).speed < detail.still);
 
   // a push wakes it in the next update
-  const thrum_scene_load push = {.kind = THRUM_SCENE_ACCELERATION,
-                                 .vector = {0, 0, 500},
-                                 .course = {THRUM_LOAD_CONSTANT, 0, INFINITY, 0}};
+  const thrum_scene_load_def push = {.cookie = sizeof push,
+                                     .kind = THRUM_SCENE_ACCELERATION,
+                                     .vector = {0, 0, 500},
+                                     .course = {.shape = THRUM_LOAD_CONSTANT, .until = INFINITY}};
   MUST(thrum_scene_add_load(w.scene, 0, &push, &failure));
   for (int k = 0; k < EVERY; k++)
     MUST(thrum_scene_step(w.scene, &failure));

@@ -117,11 +117,12 @@ static void assert_near3(const double a[3], const double b[3], double tolerance)
 
 /* Pushes bar 0 for a tenth of a second. */
 static void push(fixture *f) {
-  const thrum_scene_load load = {.kind = THRUM_SCENE_FORCE,
-                                 .vector = {3, -2, 6},
-                                 .vertices = (const int32_t[]){0},
-                                 .count = 1,
-                                 .course = {THRUM_LOAD_CONSTANT, 0, 0.1, 0}};
+  const thrum_scene_load_def load = {.cookie = sizeof load,
+                                     .kind = THRUM_SCENE_FORCE,
+                                     .vector = {3, -2, 6},
+                                     .vertices = (const int32_t[]){0},
+                                     .count = 1,
+                                     .course = {.shape = THRUM_LOAD_CONSTANT, .until = 0.1}};
   MUST(thrum_scene_add_load(f->scene, 0, &load, &failure));
   steps(f->scene, 50);
 }
@@ -208,9 +209,10 @@ static void a_hinge_bears_what_would_turn_it_otherwise(void **context) {
   hang(f, THRUM_LINK_HINGE, 0);
 
   // across the hinge nothing turns, but for what the bar bends
-  const thrum_scene_load aside = {.kind = THRUM_SCENE_ACCELERATION,
-                                  .vector = {0, 2, 0},
-                                  .course = {THRUM_LOAD_CONSTANT, 0, INFINITY, 0}};
+  const thrum_scene_load_def aside = {.cookie = sizeof aside,
+                                      .kind = THRUM_SCENE_ACCELERATION,
+                                      .vector = {0, 2, 0},
+                                      .course = {.shape = THRUM_LOAD_CONSTANT, .until = INFINITY}};
   MUST(thrum_scene_add_load(f->scene, 0, &aside, &failure));
   steps(f->scene, 500);
   double at[3];
@@ -553,9 +555,10 @@ static void a_body_that_cannot_step_lets_go_of_the_other(void **context) {
   assert_true(account_of(f->scene).links > 0.01);
 
   // forces that add up beyond the range of numbers, before its step begins
-  const thrum_scene_load load = {.kind = THRUM_SCENE_FORCE,
-                                 .vector = {1.7e308, 0, 0},
-                                 .course = {THRUM_LOAD_CONSTANT, 0, INFINITY, 0}};
+  const thrum_scene_load_def load = {.cookie = sizeof load,
+                                     .kind = THRUM_SCENE_FORCE,
+                                     .vector = {1.7e308, 0, 0},
+                                     .course = {.shape = THRUM_LOAD_CONSTANT, .until = INFINITY}};
   for (int n = 0; n < 2; n++)
     MUST(thrum_scene_add_load(f->scene, 0, &load, &failure));
   assert_true(thrum_scene_step(f->scene, &failure) < 0);

@@ -111,23 +111,27 @@ static thrum_status collide(const fixture *f, thrum_scene *scene) {
 
 static thrum_status add_force(const fixture *f, thrum_scene *scene) {
   (void)f;
-  const thrum_scene_load load = {
-      .kind = THRUM_SCENE_FORCE, .vector = {0, 1, 2}, .course = {THRUM_LOAD_SINE, 0, INFINITY, 3}};
+  const thrum_scene_load_def load = {
+      .cookie = sizeof load,
+      .kind = THRUM_SCENE_FORCE,
+      .vector = {0, 1, 2},
+      .course = {.shape = THRUM_LOAD_SINE, .until = INFINITY, .frequency = 3}};
   return thrum_scene_add_load(scene, 0, &load, &failure);
 }
 
 static thrum_status add_acceleration(const fixture *f, thrum_scene *scene) {
   (void)f;
-  const thrum_scene_load load = {.kind = THRUM_SCENE_ACCELERATION,
-                                 .vector = {0, 0, -1},
-                                 .course = {THRUM_LOAD_CONSTANT, 0, INFINITY, 0}};
+  const thrum_scene_load_def load = {.cookie = sizeof load,
+                                     .kind = THRUM_SCENE_ACCELERATION,
+                                     .vector = {0, 0, -1},
+                                     .course = {.shape = THRUM_LOAD_CONSTANT, .until = INFINITY}};
   return thrum_scene_add_load(scene, 1, &load, &failure);
 }
 
 static thrum_status move_ground(const fixture *f, thrum_scene *scene) {
   (void)f;
   const double amplitude[3] = {0.1, 0, 0};
-  const thrum_load course = {THRUM_LOAD_SINE, 0, INFINITY, 5};
+  const thrum_load course = {.shape = THRUM_LOAD_SINE, .until = INFINITY, .frequency = 5};
   return thrum_scene_add_base_motion(scene, amplitude, &course, &failure);
 }
 

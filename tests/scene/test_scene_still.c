@@ -102,11 +102,13 @@ static void a_load_finds_a_still_body_awake(void **context) {
   fixture *f = *context;
 
   // one step of a force along the block, which two coordinates cannot show; between two updates
-  const thrum_scene_load load = {.kind = THRUM_SCENE_FORCE,
-                                 .vector = {2e3, 0, 0},
-                                 .vertices = f->touch + f->made.model.vertex_count - 3,
-                                 .count = 3,
-                                 .course = {THRUM_LOAD_CONSTANT, 0.806, 0.808, 0}};
+  const thrum_scene_load_def load = {
+      .cookie = sizeof load,
+      .kind = THRUM_SCENE_FORCE,
+      .vector = {2e3, 0, 0},
+      .vertices = f->touch + f->made.model.vertex_count - 3,
+      .count = 3,
+      .course = {.shape = THRUM_LOAD_CONSTANT, .from = 0.806, .until = 0.808}};
   for (int n = 0; n < 2; n++)
     MUST(thrum_scene_add_load(f->scenes[n], 0, &load, &failure));
   run(f, QUIET + QUIET / 2);
@@ -117,7 +119,7 @@ static void a_load_finds_a_still_body_awake(void **context) {
 
 static void a_shaken_ground_finds_a_still_body_awake(void **context) {
   fixture *f = *context;
-  const thrum_load course = {THRUM_LOAD_SINE, 0.8, 0.9, 10};
+  const thrum_load course = {.shape = THRUM_LOAD_SINE, .from = 0.8, .until = 0.9, .frequency = 10};
   for (int n = 0; n < 2; n++)
     MUST(thrum_scene_add_base_motion(f->scenes[n], (double[]){5, 5, 0}, &course, &failure));
   run(f, QUIET);

@@ -149,18 +149,25 @@ static void add_loads(const fixture *f, const world *w, thrum_scene *scene) {
   for (int64_t v = 0; v < count; v++)
     turn(w, 0.01 * (double)v, -0.02, 0.005 * (double)(v % 3), field + 3 * v);
   for (int32_t n = 0; n < BODIES; n++) {
-    thrum_scene_load force = {.kind = THRUM_SCENE_FORCE,
-                              .vertices = corners,
-                              .count = 2,
-                              .course = {THRUM_LOAD_SINE, 0, INFINITY, 2}};
+    thrum_scene_load_def force = {
+        .cookie = sizeof force,
+        .kind = THRUM_SCENE_FORCE,
+        .vertices = corners,
+        .count = 2,
+        .course = {.shape = THRUM_LOAD_SINE, .until = INFINITY, .frequency = 2}};
     turn(w, 0.5, -0.7, 0.9 - n, force.vector);
     MUST(thrum_scene_add_load(scene, n, &force, &failure));
-    thrum_scene_load pulled = {.kind = THRUM_SCENE_ACCELERATION,
-                               .course = {THRUM_LOAD_CONSTANT, 0, 0.1, 0}};
+    thrum_scene_load_def pulled = {.cookie = sizeof pulled,
+                                   .kind = THRUM_SCENE_ACCELERATION,
+                                   .course = {.shape = THRUM_LOAD_CONSTANT, .until = 0.1}};
     turn(w, 1, 2, -1, pulled.vector);
     MUST(thrum_scene_add_load(scene, n, &pulled, &failure));
-    const thrum_scene_load fields = {
-        .kind = THRUM_SCENE_FIELD, .field = field, .course = {THRUM_LOAD_CONSTANT, 0, INFINITY, 0}};
+    const thrum_scene_load_def fields = {
+        .cookie = sizeof fields,
+        .kind = THRUM_SCENE_FIELD,
+        .field = field,
+        .field_count = count,
+        .course = {.shape = THRUM_LOAD_CONSTANT, .until = INFINITY}};
     MUST(thrum_scene_add_load(scene, n, &fields, &failure));
   }
   free(field);
@@ -168,7 +175,7 @@ static void add_loads(const fixture *f, const world *w, thrum_scene *scene) {
   // what acts on all
   double vector[3];
   turn(w, 0.3, 0, -0.8, vector);
-  const thrum_load course = {THRUM_LOAD_SINE, 0, INFINITY, 3};
+  const thrum_load course = {.shape = THRUM_LOAD_SINE, .until = INFINITY, .frequency = 3};
   MUST(thrum_scene_add_base_motion(scene, vector, &course, &failure));
   turn(w, 0.5, 0.2, -9.81, vector);
   MUST(thrum_scene_set_gravity(scene, vector, &failure));

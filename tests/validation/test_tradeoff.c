@@ -90,7 +90,7 @@ static void trade_make(trade *t, const char *mesh, int64_t modes, int64_t rank, 
     t->forces[3 * vertices[n] + 2] = newtons / (double)count;
 
   // three time steps of each integrator against a full-order run
-  t->course = (thrum_load){THRUM_LOAD_CONSTANT, 0, 0.05, 0};
+  t->course = (thrum_load){.shape = THRUM_LOAD_CONSTANT, .until = 0.05};
   t->problem = (tradeoff_problem){
       .model = model,
       .script = {.load_count = 1, .courses = &t->course, .forces = t->forces, .time = 0.2},

@@ -125,7 +125,7 @@ thrum_status experiment_kick(const experiment_body *body, double impulse, thrum_
 
 thrum_status experiment_strike(const experiment_body *body, double impulse, double dt,
                                thrum_state *state, thrum_error *error) {
-  const thrum_load load = {THRUM_LOAD_CONSTANT, 0, EXPERIMENT_IMPULSE_SECONDS, 0};
+  const thrum_load load = {.shape = THRUM_LOAD_CONSTANT, .until = EXPERIMENT_IMPULSE_SECONDS};
   const thrum_model *model = body->model;
   double force[THRUM_RANK_MAX];
   thrum_status status = THRUM_OK;

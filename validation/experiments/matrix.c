@@ -30,7 +30,7 @@ const char *const experiment_load_names[EXPERIMENT_LOAD_COUNT] = {
 };
 
 static const thrum_load courses[EXPERIMENT_LOAD_COUNT] = {
-#define X(name, shape, until, frequency, amplitude) {shape, 0, until, frequency},
+#define X(name, kind, end, rate, amplitude) {.shape = kind, .until = end, .frequency = rate},
     EXPERIMENT_LOAD_LIST(X)
 #undef X
 };

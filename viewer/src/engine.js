@@ -8,8 +8,6 @@ export const INTEGRATORS = { imexv: 0, newmark: 1, verlet: 2, midpoint: 3, energ
 export const INTEGRATOR_NAMES = Object.keys(INTEGRATORS);
 const SCHEME_ENERGY = 2;
 export const LINKS = { spring: 0, ball: 1, hinge: 2, weld: 3 };
-const COURSES = { constant: 0, sine: 1, ramp: 2 };
-const REDUCED = 3; // thrum_scene_load_kind
 const RANK_MAX = 512;
 
 /** A vertex under the cursor. @typedef {{body: number, vertex: number, distance: number}} Pick */
@@ -26,9 +24,6 @@ function padded(array, count, rank) {
 const slaveLengths = (rank, k) => (k === 0 ? { slave_map: 0, condensed_c3: 0, condensed_c4: 0 } : {
   slave_map: ((rank - k) * k * (k + 1)) / 2, condensed_c3: (k * (k + 1) * (k + 2)) / 6,
   condensed_c4: (k * (k + 1) * (k + 2) * (k + 3)) / 24 });
-
-/** @returns {number[]} from, until, frequency */
-const course = ({ from, until, frequency }) => [from, until ?? Infinity, frequency];
 
 export class Engine {
   /** @param {Uint8Array} bytes the module @returns {Promise<Engine>} */
@@ -216,9 +211,9 @@ export class Engine {
 
   #addLoad(body, load) {
     const { rank } = this.bodies[body];
-    const rows = [padded(load.reduced, 1, rank), load.parts && padded(load.parts, 9, rank)];
-    const numbers = [0, 0, 0, ...course(load), ...(load.moments ?? Array(9).fill(0)), ...(load.resultant ?? [0, 0, 0])];
-    this.#lend(rows, (reduced, parts) => this.#call('js_scene_load', numbers, body, REDUCED, COURSES[load.shape], 0, 0, reduced, parts));
+    const fields = { ...pick(this.memory, 'load', load), kind: 'reduced', reduced: padded(load.reduced, 1, rank),
+      parts: load.parts && padded(load.parts, 9, rank) };
+    withDef(this.memory, 'load', fields, () => this.#call('js_scene_load', undefined, body));
   }
 
   #addBaseMotion(base_motion) {
@@ -230,7 +225,8 @@ export class Engine {
       this.#call('js_scene_base_record', undefined, motion, times.length, samples);
       return;
     }
-    this.#call('js_scene_base_motion', [...base_motion.amplitude, ...course(base_motion)], COURSES[base_motion.shape]);
+    const fields = { ...pick(this.memory, 'load', base_motion), vector: base_motion.amplitude };
+    withDef(this.memory, 'load', fields, () => this.#call('js_scene_base_motion'));
   }
 
   #addBody(body, scene) {

@@ -169,7 +169,8 @@ static double base_motion_error(thrum_integrator integrator, double dt) {
   thrum_state *state = state_make(&o.model, &def);
 
   // the inertial load of each step is that of the mean acceleration
-  const thrum_load course = {THRUM_LOAD_SINE, 0, INFINITY, driven / (2 * pi)};
+  const thrum_load course = {
+      .shape = THRUM_LOAD_SINE, .until = INFINITY, .frequency = driven / (2 * pi)};
   const int64_t steps = (int64_t)(end / dt + 0.5);
   for (int64_t step = 0; step < steps; step++) {
     const double a[3] = {0, 0, amplitude * thrum_load_mean(&course, step, dt)};

@@ -255,7 +255,7 @@ static void windows_of_whole_steps_count_them_exactly(void **state) {
   double sum;
 
   // a window of one step, and one of a hundred
-  thrum_load load = {THRUM_LOAD_CONSTANT, 0, 0.003, 0};
+  thrum_load load = {.shape = THRUM_LOAD_CONSTANT, .until = 0.003};
   assert_int_equal(count_steps(&load, 0.003, 1000, &sum), 1);
   assert_true(sum == 1 && thrum_load_mean(&load, 0, 0.003) == 1);
   load.until = 0.3;
@@ -280,20 +280,21 @@ static void window_keeps_its_impulse_at_any_step(void **state) {
   const double windows[][2] = {{0, 0.003}, {0, 0.3}, {0.0125, 0.0131}, {0.02, 0.0999}};
   for (size_t w = 0; w < sizeof windows / sizeof windows[0]; w++)
     for (size_t s = 0; s < sizeof steps / sizeof steps[0]; s++) {
-      thrum_load load = {THRUM_LOAD_CONSTANT, windows[w][0], windows[w][1], 0};
+      thrum_load load = {
+          .shape = THRUM_LOAD_CONSTANT, .from = windows[w][0], .until = windows[w][1]};
       double sum;
       count_steps(&load, steps[s], 2000, &sum);
       // an end moves by at most 1e-6 of a step
       assert_near(sum * steps[s], load.until - load.from, 2e-6 * steps[s] + 1e-15);
     }
-  thrum_load load = {THRUM_LOAD_CONSTANT, 0, 0.003, 0};
+  thrum_load load = {.shape = THRUM_LOAD_CONSTANT, .until = 0.003};
   assert_near(thrum_load_mean(&load, 0, 0.01), 0.3, 1e-15);
   assert_true(thrum_load_mean(&load, 1, 0.01) == 0);
 }
 
 static void windows_may_be_endless_empty_or_reversed(void **state) {
   (void)state;
-  thrum_load load = {THRUM_LOAD_CONSTANT, 0.006, INFINITY, 0};
+  thrum_load load = {.shape = THRUM_LOAD_CONSTANT, .from = 0.006, .until = INFINITY};
   assert_true(thrum_load_mean(&load, 0, 0.003) == 0 && thrum_load_mean(&load, 1, 0.003) == 0);
   assert_true(thrum_load_mean(&load, 2, 0.003) == 1);
   assert_true(thrum_load_mean(&load, INT64_C(1) << 40, 0.003) == 1);
@@ -323,7 +324,7 @@ static void nonsense_gives_no_load_rather_than_nan(void **state) {
           }
 
   // a time step or a window without a meaning gives the mean zero
-  thrum_load load = {THRUM_LOAD_CONSTANT, 0, 1, 0};
+  thrum_load load = {.shape = THRUM_LOAD_CONSTANT, .until = 1};
   assert_true(thrum_load_mean(&load, 3, 0) == 0);
   assert_true(thrum_load_mean(&load, 3, -1) == 0);
   load.from = NAN;
@@ -347,11 +348,12 @@ static double mean_by_quadrature(const thrum_load *load, int64_t step, double dt
 
 static void sine_mean_agrees_with_quadrature(void **state) {
   (void)state;
-  const thrum_load loads[] = {{THRUM_LOAD_SINE, 0, INFINITY, 1},
-                              {THRUM_LOAD_SINE, 0.0123, 0.0567, 7},
-                              {THRUM_LOAD_SINE, 0, 0.3, 1e-3},
-                              {THRUM_LOAD_SINE, 0.01, 1, 333},
-                              {THRUM_LOAD_SINE, 0.005, 0.007, 100}};
+  const thrum_load loads[] = {
+      {.shape = THRUM_LOAD_SINE, .until = INFINITY, .frequency = 1},
+      {.shape = THRUM_LOAD_SINE, .from = 0.0123, .until = 0.0567, .frequency = 7},
+      {.shape = THRUM_LOAD_SINE, .until = 0.3, .frequency = 1e-3},
+      {.shape = THRUM_LOAD_SINE, .from = 0.01, .until = 1, .frequency = 333},
+      {.shape = THRUM_LOAD_SINE, .from = 0.005, .until = 0.007, .frequency = 100}};
   const double steps[] = {0.01, 0.003, 0.001};
   for (size_t l = 0; l < sizeof loads / sizeof loads[0]; l++)
     for (size_t s = 0; s < 3; s++)
@@ -362,7 +364,7 @@ static void sine_mean_agrees_with_quadrature(void **state) {
 
 static void a_ramp_rises_evenly_to_its_end(void **state) {
   (void)state;
-  const thrum_load ramp = {THRUM_LOAD_RAMP, 0.05, 0.25, 0};
+  const thrum_load ramp = {.shape = THRUM_LOAD_RAMP, .from = 0.05, .until = 0.25};
   double impulse = 0;
   for (int64_t k = 0; k < 40; k++) {
     const double middle = 0.01 * ((double)k + 0.5);
@@ -373,15 +375,15 @@ static void a_ramp_rises_evenly_to_its_end(void **state) {
   assert_near(impulse, 0.1, 1e-14);
 
   // one that begins and ends within a step keeps its impulse; one that never ends never rises
-  const thrum_load within = {THRUM_LOAD_RAMP, 0.052, 0.058, 0};
+  const thrum_load within = {.shape = THRUM_LOAD_RAMP, .from = 0.052, .until = 0.058};
   assert_near(0.01 * thrum_load_mean(&within, 5, 0.01), 0.003, 1e-16);
-  const thrum_load endless = {THRUM_LOAD_RAMP, 0, INFINITY, 0};
+  const thrum_load endless = {.shape = THRUM_LOAD_RAMP, .until = INFINITY};
   assert_true(thrum_load_mean(&endless, 5, 0.01) == 0);
 }
 
 static void sine_over_a_whole_turn_has_no_mean(void **state) {
   (void)state;
-  thrum_load load = {THRUM_LOAD_SINE, 0, INFINITY, 100};
+  thrum_load load = {.shape = THRUM_LOAD_SINE, .until = INFINITY, .frequency = 100};
   for (int64_t k = 0; k < 20; k++)
     assert_near(thrum_load_mean(&load, k, 0.01), 0, 1e-15);
   load.frequency = 0;
@@ -391,9 +393,10 @@ static void sine_over_a_whole_turn_has_no_mean(void **state) {
 /* The mean of a step is the mean of the means of its halves: nothing is counted twice or lost. */
 static void mean_of_a_step_is_the_mean_of_its_halves(void **state) {
   (void)state;
-  const thrum_load loads[] = {{THRUM_LOAD_CONSTANT, 0.0101, 0.0789, 0},
-                              {THRUM_LOAD_SINE, 0.0101, 0.0789, 11},
-                              {THRUM_LOAD_SINE, 0, INFINITY, 1}};
+  const thrum_load loads[] = {
+      {.shape = THRUM_LOAD_CONSTANT, .from = 0.0101, .until = 0.0789},
+      {.shape = THRUM_LOAD_SINE, .from = 0.0101, .until = 0.0789, .frequency = 11},
+      {.shape = THRUM_LOAD_SINE, .until = INFINITY, .frequency = 1}};
   for (size_t l = 0; l < sizeof loads / sizeof loads[0]; l++)
     for (int64_t k = 0; k < 50; k++)
       assert_near(thrum_load_mean(&loads[l], k, 0.003),
@@ -405,7 +408,7 @@ static void mean_of_a_step_is_the_mean_of_its_halves(void **state) {
 static void sine_keeps_its_phase_late_in_a_long_run(void **state) {
   (void)state;
   // 1 Hz at 0.005 s: step 200 n begins period n
-  thrum_load load = {THRUM_LOAD_SINE, 0, INFINITY, 1};
+  thrum_load load = {.shape = THRUM_LOAD_SINE, .until = INFINITY, .frequency = 1};
   for (int64_t k = 0; k < 200; k++)
     assert_near(thrum_load_mean(&load, 200 * INT64_C(1000000) + k, 0.005),
                 thrum_load_mean(&load, k, 0.005), 1e-9);

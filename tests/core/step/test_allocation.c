@@ -211,7 +211,7 @@ static void stepping_a_scene_allocates_nothing(void **context) {
   // a scene in which everything acts: gravity, wind, an obstacle and a base motion
   const int32_t triangle[3] = {1, 2, 3};
   const double down[3] = {0, 0, -9.81}, wind[3] = {3, 0, 0};
-  const thrum_load sway = {THRUM_LOAD_SINE, 0, INFINITY, 2};
+  const thrum_load sway = {.shape = THRUM_LOAD_SINE, .until = INFINITY, .frequency = 2};
   const thrum_obstacle floor = thrum_default_obstacle();
   thrum_scene *scene = NULL;
   assert_int_equal(thrum_scene_create(0.01, &scene, NULL), THRUM_OK);

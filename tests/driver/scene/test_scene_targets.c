@@ -176,16 +176,17 @@ static void forces_act_on_their_targets(void **state) {
     open_scene(keys, "", &request, &run);
 
     // the same once more
-    thrum_scene_load load = {.kind = THRUM_SCENE_FORCE,
-                             .vector = {0, 2, 3},
-                             .course = {THRUM_LOAD_CONSTANT, 0, INFINITY, 0}};
+    thrum_scene_load_def load = {.cookie = sizeof load,
+                                 .kind = THRUM_SCENE_FORCE,
+                                 .vector = {0, 2, 3},
+                                 .course = {.shape = THRUM_LOAD_CONSTANT, .until = INFINITY}};
     int32_t *list = list_of(run.bodies[1].model, forms[n], &load.count);
     load.vertices = list;
     MUST(thrum_scene_add_load(run.scene, 1, &load, &failure));
     free(list);
 
     // of a free body a load has a part for each axis of the body and of the world
-    thrum_scene_load in[2];
+    thrum_scene_load_def in[2];
     const int64_t last = thrum_scene_load_count(run.scene, 1) - 1;
     for (int k = 0; k < 2; k++)
       MUST(thrum_scene_load_get(run.scene, 1, last - 1 + k, &in[k], &failure));

@@ -151,9 +151,10 @@ static void loads_sum_with_their_means(void **state) {
   (void)state;
 
   // a window, a sine and a load that starts late
-  const thrum_load loads[3] = {{THRUM_LOAD_CONSTANT, 0, 0.0045, 0},
-                               {THRUM_LOAD_SINE, 0.01, INFINITY, 7},
-                               {THRUM_LOAD_CONSTANT, 0.006, INFINITY, 0}};
+  const thrum_load loads[3] = {
+      {.shape = THRUM_LOAD_CONSTANT, .until = 0.0045},
+      {.shape = THRUM_LOAD_SINE, .from = 0.01, .until = INFINITY, .frequency = 7},
+      {.shape = THRUM_LOAD_CONSTANT, .from = 0.006, .until = INFINITY}};
   const double directions[3 * 2] = {1, 2, -3, 4, 5, -6};
 
   // the sum replaces what was there
