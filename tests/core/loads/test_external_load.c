@@ -318,7 +318,10 @@ static void nonsense_gives_no_load_rather_than_nan(void **state) {
       for (int b = 0; b < ODD; b++)
         for (int c = 0; c < ODD; c++)
           for (int d = 0; d < ODD; d++) {
-            thrum_load load = {(thrum_load_shape)shape, odd[a], odd[b], odd[c]};
+            thrum_load load = {.shape = (thrum_load_shape)shape,
+                               .from = odd[a],
+                               .until = odd[b],
+                               .frequency = odd[c]};
             double mean = thrum_load_mean(&load, 3, odd[d]);
             assert_true(mean >= -1 && mean <= 1);
           }
