@@ -273,6 +273,17 @@ thrum_contact_report thrum_contact_report_get(const thrum_contact *contact) {
   return report;
 }
 
+/* The stiffness of the spring of a touch, whose row is at its index or behind. */
+static double stiffness_of(const thrum_contact *contact, const thrum_contact_view *view,
+                           const thrum_touching *touch, int64_t index) {
+  for (int64_t n = index; n < contact->row_count; n++) {
+    const thrum_touching *row = &view->rows[n].touch;
+    if (row->point == touch->point && row->obstacle == touch->obstacle && row->face == touch->face)
+      return view->rows[n].stiffness;
+  }
+  return 0.0;
+}
+
 thrum_status thrum_contact_touch_get(thrum_contact *contact, int64_t index, thrum_touch *touch,
                                      thrum_error *error) {
   if (!contact || !touch || index < 0 || index >= contact->touch_count + contact->struck)
@@ -284,6 +295,9 @@ thrum_status thrum_contact_touch_get(thrum_contact *contact, int64_t index, thru
       impact < 0 ? view.touches + index : thrum_contact_impact_at(contact, &view, impact);
   *touch = (thrum_touch){
       .vertex = view.vertices[found->point], .obstacle = found->obstacle, .gap = found->gap};
+
+  if (impact < 0)
+    touch->stiffness = stiffness_of(contact, &view, found, index);
 
   // a touch has a force, an impact an impulse
   double *acts = impact < 0 ? touch->force : touch->impulse;

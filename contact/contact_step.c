@@ -207,6 +207,11 @@ bool thrum_contact_whole_is_finite(const thrum_contact_environment *environment)
  * would tremble for seconds. A step of the midpoint rule turns it by the angle 2 atan z, z = h w/2,
  * and a factor of ((z - 1)/(z + 1))^2 on its momentum makes that critically damped: it is what no
  * touch can hold up, as it acts on the velocity, and not on the displacement, which is held. */
+double thrum_contact_calm_factor(double dt, double omega2) {
+  const double z = 0.5 * dt * sqrt(fmax(omega2, 0.0)), root = (z - 1.0) / (z + 1.0);
+  return 2.0 * z > FOLLOWED ? root * root : 1.0;
+}
+
 double thrum_contact_calm(thrum_contact_run *run) {
   thrum_state *state = run->state;
   const thrum_state_view view = thrum_state_view_of(state);
@@ -216,14 +221,11 @@ double thrum_contact_calm(thrum_contact_run *run) {
   if (run->environment->inertia || state->scheme == THRUM_SCHEME_MANIFOLD)
     return 0.0;
   for (int32_t i = thrum_staggered_modes(state); i < state->rank; i++) {
-    const double z = 0.5 * run->dt * sqrt(fmax(run->model->omega2[i], 0.0));
-    const double root = (z - 1.0) / (z + 1.0), p = view.p[i];
-    if (!(2.0 * z > FOLLOWED))
-      continue;
-    view.p[i] *= root * root;
+    const double by = thrum_contact_calm_factor(run->dt, run->model->omega2[i]), p = view.p[i];
+    view.p[i] *= by;
     lost += 0.5 * (p * p - view.p[i] * view.p[i]);
     if (state->carried)
-      view.p_corrected[i] *= root * root;
+      view.p_corrected[i] *= by;
   }
   thrum_guards_take(state, lost);
   return lost;

@@ -247,16 +247,13 @@ static void put_slopes(const thrum_linear_step *step, const double *values, cons
     }
 }
 
-static double kappa_change(const thrum_linear_step *step, int64_t i);
-static double nu_square_change(const thrum_linear_step *step, int64_t i);
-
 void thrum_linear_step_prepare_parts(thrum_linear_step *step) {
   const int64_t n = step->rank;
   const double beta = step->equation.damping_beta, *omega2 = step->model->omega2;
   double *f = step->part_y, *slope = step->part_kappa;
   for (int64_t i = 0; i < n; i++) {
     f[i] = step->kappa[i];
-    slope[i] = omega2[i] > 0.0 ? kappa_change(step, i) / omega2[i] : 0.0;
+    slope[i] = omega2[i] > 0.0 ? thrum_linear_step_kappa(step, i) / omega2[i] : 0.0;
   }
   put_slopes(step, f, slope, step->slope_kappa);
   for (int64_t i = 0; i < n; i++) {
@@ -266,7 +263,7 @@ void thrum_linear_step_prepare_parts(thrum_linear_step *step) {
   put_slopes(step, f, slope, step->slope_kappa_square);
   for (int64_t i = 0; i < n; i++) {
     const double square = step->nu[i] * step->nu[i];
-    const double change = omega2[i] > 0.0 ? nu_square_change(step, i) / omega2[i] : 0.0;
+    const double change = omega2[i] > 0.0 ? thrum_linear_step_nu(step, i) / omega2[i] : 0.0;
     f[i] = square * step->damping[i];
     slope[i] = square * beta + change * step->damping[i];
   }
@@ -445,16 +442,15 @@ static void add_by_start(const thrum_linear_step *step, double by, const double 
     to[i] += along * left[i];
 }
 
-/* kappa and nu^2 of a mode by a factor of omega^2. */
-static double kappa_change(const thrum_linear_step *step, int64_t i) {
+double thrum_linear_step_kappa(const thrum_linear_step *step, int64_t i) {
   const double kappa = step->kappa[i], nu = step->nu[i];
   const double z = nu * nu - kappa * kappa;
   return 0.5 * (kappa - kappa * kappa - z);
 }
 
-static double nu_square_change(const thrum_linear_step *step, int64_t i) {
+double thrum_linear_step_nu(const thrum_linear_step *step, int64_t i) {
   const double kappa = step->kappa[i], nu = step->nu[i];
-  return 2.0 * kappa * kappa_change(step, i) + (nu * nu - kappa * kappa);
+  return 2.0 * kappa * thrum_linear_step_kappa(step, i) + (nu * nu - kappa * kappa);
 }
 
 /* From the derivative by p' to that by the p' before it is scaled; returns that by the energy
@@ -511,8 +507,8 @@ static void pull_implicit(thrum_linear_step *step, const thrum_made_step *made,
     change->force_before[i] = 0.0;
     change->damping[i] -= 0.5 * h * square * d[i] * w[i];
     change->stiffness +=
-        kappa_change(step, i) * (2.0 / h * d[i] * p[i] - in_kappa * w[i]) -
-        w[i] * (0.5 * h * h * step->mean[i] + nu_square_change(step, i) * in_square);
+        thrum_linear_step_kappa(step, i) * (2.0 / h * d[i] * p[i] - in_kappa * w[i]) -
+        w[i] * (0.5 * h * h * step->mean[i] + thrum_linear_step_nu(step, i) * in_square);
     p[i] = h * kappa * w[i] - p[i];
   }
   add_by_start(step, -0.5 * h * h, w, true, q);
@@ -529,8 +525,8 @@ static void push_implicit(thrum_linear_step *step, const thrum_made_step *made,
     const double in_square = 0.5 * h * step->damping[i] * d[i];
     step->w[i] = h * kappa * p[i] + 0.5 * h * h * change->force[i] -
                  0.5 * h * square * d[i] * change->damping[i] -
-                 s * (0.5 * h * h * step->mean[i] + kappa_change(step, i) * in_kappa +
-                      nu_square_change(step, i) * in_square);
+                 s * (0.5 * h * h * step->mean[i] + thrum_linear_step_kappa(step, i) * in_kappa +
+                      thrum_linear_step_nu(step, i) * in_square);
   }
   add_by_start(step, -0.5 * h * h, q, false, step->w);
 
@@ -554,8 +550,9 @@ static void push_implicit(thrum_linear_step *step, const thrum_made_step *made,
   for (int64_t i = 0; i < n; i++) {
     const double by = 2.0 / h;
     q[i] += step->w[i];
-    p[i] =
-        by * (step->kappa[i] * step->w[i] + s * kappa_change(step, i) * d[i] + step->x[i]) - p[i];
+    p[i] = by * (step->kappa[i] * step->w[i] + s * thrum_linear_step_kappa(step, i) * d[i] +
+                 step->x[i]) -
+           p[i];
   }
   if (is_scaled(step))
     push_scale(step, missed + dot(step->sigma_d, step->w, n), p);

@@ -72,6 +72,10 @@ typedef struct thrum_step_change {
 /* Fills what steps with parts of the energy need, once kappa, nu and damping are known. */
 void thrum_linear_step_prepare_parts(thrum_linear_step *step);
 
+/* kappa and nu^2 of a mode by a factor of omega^2. */
+double thrum_linear_step_kappa(const thrum_linear_step *step, int64_t i);
+double thrum_linear_step_nu(const thrum_linear_step *step, int64_t i);
+
 /* R, T and V of an end, as far as steps of this form need them; verlet has R from its momenta. */
 void thrum_linear_step_evaluate(thrum_linear_step *step, const double *q, thrum_step_place *place);
 

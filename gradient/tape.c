@@ -54,6 +54,12 @@ static thrum_status check_def(const thrum_model *model, const thrum_tape_def *de
   if (def->steps < 1)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "a tape of %lld steps: it needs 1 or more", (long long)def->steps);
+  if (def->touches < 0 || (def->touches > 0 && def->checkpoints > 0) ||
+      def->subgradient > THRUM_SUBGRADIENT_FIXED)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "%lld touches and %lld checkpoints: there are 0 or more touches, which "
+                           "go without checkpoints, and a subgradient of the list",
+                           (long long)def->touches, (long long)def->checkpoints);
   if (def->checkpoints < 0 || (def->checkpoints > 0 && !def->state))
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "%lld checkpoints: they are 0 or more, and need the state",
@@ -63,8 +69,10 @@ static thrum_status check_def(const thrum_model *model, const thrum_tape_def *de
   const int64_t width = thrum_condensed_shape_model(model)->rank;
   const uint64_t each = (uint64_t)(3 * model->rank + width + 1) * sizeof(double);
   const uint64_t kept = def->checkpoints > 0 ? kept_size(model, def->state) : 1;
-  const uint64_t levels = (uint64_t)(thrum_model_actuators(model) + 1) * sizeof(double);
-  if ((uint64_t)segment_length(def) >= BYTES_MOST / each ||
+  const uint64_t levels = (uint64_t)(thrum_model_actuators(model) + 1) * sizeof(double) +
+                          (def->touches > 0 ? sizeof(thrum_contact_step_slopes) : 0);
+  if ((uint64_t)def->touches >= BYTES_MOST / sizeof(thrum_contact_slope) ||
+      (uint64_t)segment_length(def) >= BYTES_MOST / each ||
       (uint64_t)def->checkpoints >= BYTES_MOST / kept ||
       (uint64_t)def->steps >= BYTES_MOST / levels)
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY,
@@ -83,7 +91,8 @@ static const size_t vectors[] = {
     AT(step.x),         AT(step.y),       AT(step.part_y),     AT(step.part_start),
     AT(step.part_end),  AT(change[0]),    AT(step.part_kappa), AT(step.part_middle),
     AT(change[1]),      AT(change[2]),    AT(change[3]),       AT(change[4]),
-    AT(change[5]),      AT(change[6]),    AT(before_q),        AT(step.unscaled)};
+    AT(change[5]),      AT(change[6]),    AT(before_q),        AT(step.unscaled),
+    AT(p_end),          AT(pressed)};
 static const size_t wides[] = {AT(none), AT(wide[0]), AT(wide[1])};
 static const size_t matrices[] = {AT(step.start.tangent),  AT(step.end.tangent),
                                   AT(step.middle.tangent), AT(step.jacobian),
@@ -133,6 +142,12 @@ static size_t lay(thrum_tape *tape, const thrum_model *model, unsigned char *mem
   tape->force = cut_doubles(memory, checkpoints > 0 ? 0 : length * width, &at);
   tape->levels = cut_doubles(memory, (size_t)tape->most * (size_t)tape->actuators, &at);
   tape->form = (int32_t *)(void *)cut(memory, length * sizeof(int32_t), &at);
+  tape->slopes =
+      (thrum_contact_slope *)(void *)cut(memory, (size_t)tape->touches * sizeof *tape->slopes, &at);
+  tape->contacts = NULL;
+  if (tape->touches > 0)
+    tape->contacts = (thrum_contact_step_slopes *)(void *)cut(
+        memory, (size_t)tape->most * sizeof *tape->contacts, &at);
   tape->kept = cut(memory, checkpoints * tape->kept_size, &at);
   tape->again = (thrum_state *)(void *)cut(memory, tape->state_size, &at);
   return at;
@@ -147,6 +162,8 @@ static thrum_tape numbers_of(const thrum_model *model, const thrum_tape_def *def
                       .width = thrum_condensed_shape_model(model)->rank,
                       .actuators = thrum_model_actuators(model),
                       .length = segment_length(def),
+                      .subgradient = def->subgradient,
+                      .touches = def->touches,
                       .checkpoints = def->checkpoints,
                       .kept_size = kept ? kept_size(model, def->state) : 0,
                       .state_size = kept ? thrum_state_bytes(def->state) : 0};
@@ -303,7 +320,7 @@ thrum_status thrum_tape_start(const thrum_model *model, thrum_tape *tape, thrum_
   keep_end(model, tape, state, &equation);
   tape->step.equation = equation;
   tape->identity = model->identity;
-  tape->count = tape->first = 0;
+  tape->count = tape->first = tape->slope_count = 0;
   tape->divided = -1;
   tape->forces = NULL;
   if (tape->checkpoints > 0)
@@ -333,20 +350,62 @@ static void put_verlet_start(thrum_tape *tape, int64_t k, const double *half_bef
     memcpy(kept_rows(tape, k / tape->length) + 2 * r, p, (size_t)r * sizeof *p);
 }
 
+/* How a step is made: with contact, or with levels (NULL: those of the state); `seen`: as of
+ * make_step. */
+typedef struct step_maker {
+  thrum_contact *contact;
+  const thrum_contact_environment *environment;
+  const double *levels;
+  bool seen;
+} step_maker;
+
+static thrum_status take_step(const thrum_model *model, thrum_state *state, const double *force,
+                              const step_maker *by, thrum_error *error) {
+  if (by->contact)
+    return thrum_contact_step(model, state, by->contact, by->environment, error);
+  THRUM_TRY(thrum_state_set_load(model, state, force, error));
+  return thrum_step(model, state, error);
+}
+
+/* Reads the contact of step k, whose rows are there. */
+static thrum_status keep_contact(const thrum_model *model, thrum_tape *tape, int64_t k,
+                                 const step_maker *by, bool again, thrum_error *error) {
+  if (!tape->contacts)
+    return THRUM_OK;
+  thrum_contact_step_slopes *of = tape->contacts + k;
+  *of = (thrum_contact_step_slopes){.first = tape->slope_count};
+  if (!by->contact)
+    return THRUM_OK;
+  const thrum_made_step made = thrum_tape_made(tape, k);
+  thrum_tape_prepare(model, tape);
+  tape->step.equation.form = (thrum_step_form)tape->form[k - tape->first];
+  if (!thrum_contact_slopes_read(&tape->step, &made, tape->force + k * tape->width, by->contact,
+                                 by->environment, tape->slopes + tape->slope_count,
+                                 tape->touches - tape->slope_count, of))
+    return thrum_error_set(error, THRUM_BUFFER_TOO_SMALL,
+                           "step %lld was made, and the tape has no room for what touches in it: "
+                           "give its def more touches than %lld",
+                           (long long)k, (long long)tape->touches);
+  if (again && of->kind == THRUM_ROUGH_NONE)
+    of->kind = THRUM_ROUGH_AGAIN;
+  tape->slope_count += of->count;
+  return THRUM_OK;
+}
+
 /* Makes step k from where the state is, and puts its end and its form into their rows. The p that
  * verlet has at the end takes a force: without `seen` it is left to the next step, unless levels
  * change the forces between them. Of energy the form is that of the step. */
 static thrum_status make_step(const thrum_model *model, thrum_tape *tape, thrum_state *state,
-                              int64_t k, const double *force, bool seen,
+                              int64_t k, const double *force, const step_maker *by,
                               thrum_step_equation *equation, thrum_error *error) {
   const int64_t r = tape->rank, row = k - tape->first, divided = divided_steps(state);
   const size_t vector = (size_t)r * sizeof(double);
   const bool verlet = equation->form == THRUM_STEP_VERLET;
-  const bool later = verlet && !seen && tape->actuators == 0;
+  const bool later = verlet && !by->seen && tape->actuators == 0;
+  const thrum_contact_report before = thrum_contact_report_get(by->contact);
   double *half_before = tape->step.w;
   memcpy(half_before, equation->p, vector);
-  THRUM_TRY(thrum_state_set_load(model, state, force, error));
-  const thrum_status status = thrum_step(model, state, error);
+  const thrum_status status = take_step(model, state, force, by, error);
   THRUM_TRY(status);
 
   // where it led, and by which equation
@@ -361,6 +420,9 @@ static thrum_status make_step(const thrum_model *model, thrum_tape *tape, thrum_
   double *own = tape->checkpoints > 0 ? NULL : tape->force + k * tape->width;
   for (int64_t i = 0; own && i < tape->width; i++)
     own[i] = force ? force[i] : 0.0;
+  const thrum_contact_report after = thrum_contact_report_get(by->contact);
+  THRUM_TRY(keep_contact(model, tape, k, by,
+                         after.redone > before.redone || after.declined > before.declined, error));
   if (verlet) {
     memcpy(tape->half + row * r, equation->p, vector);
     if (k > 0 && tape->actuators == 0)
@@ -390,8 +452,8 @@ thrum_status thrum_tape_reach(const thrum_model *model, thrum_tape *tape, int64_
     const double *force = tape->forces ? thrum_tape_force(tape, n) : NULL;
     if (tape->actuators > 0)
       THRUM_TRY(thrum_state_set_actuation(model, tape->again, thrum_tape_levels(tape, n), error));
-    THRUM_TRY(
-        make_step(model, tape, tape->again, n, force, n + 1 == tape->count, &equation, error));
+    const step_maker by = {.seen = n + 1 == tape->count};
+    THRUM_TRY(make_step(model, tape, tape->again, n, force, &by, &equation, error));
   }
 
   // its end is the start of the next
@@ -403,6 +465,26 @@ thrum_status thrum_tape_reach(const thrum_model *model, thrum_tape *tape, int64_
 const double *thrum_tape_force(const thrum_tape *tape, int64_t k) {
   const double *rows = tape->checkpoints > 0 ? tape->forces : tape->force;
   return k < 0 || !rows ? tape->none : rows + k * tape->width;
+}
+
+thrum_made_step thrum_tape_made(const thrum_tape *tape, int64_t k) {
+  const int64_t r = tape->rank, row = k - tape->first;
+  return (thrum_made_step){.q = tape->q + row * r,
+                           .p = tape->p + row * r,
+                           .q_next = tape->q + (row + 1) * r,
+                           .p_next = tape->p + (row + 1) * r,
+                           .half = tape->half + row * r,
+                           .force = thrum_tape_force(tape, k),
+                           .force_before = thrum_tape_force(tape, k - 1)};
+}
+
+void thrum_tape_prepare(const thrum_model *model, thrum_tape *tape) {
+  thrum_linear_step *step = &tape->step;
+  step->model = model;
+  step->rank = tape->rank;
+  step->kappa = tape->kappa;
+  step->nu = tape->nu;
+  step->damping = tape->damping;
 }
 
 void thrum_tape_ahead(const thrum_tape *tape, int64_t k, double *to) {
@@ -452,10 +534,9 @@ static thrum_status check_row(thrum_tape *tape, const double *force, thrum_error
   return THRUM_OK;
 }
 
-/* thrum_tape_step with these levels (NULL: those of the state); `seen`: as of make_step. */
+/* thrum_tape_step, made so. */
 static thrum_status record(const thrum_model *model, thrum_tape *tape, thrum_state *state,
-                           const double *force, const double *levels, bool seen,
-                           thrum_error *error) {
+                           const double *force, const step_maker *by, thrum_error *error) {
   thrum_step_equation equation;
   THRUM_TRY(thrum_step_equation_get(model, state, &equation, NULL, NULL, NULL, error));
   if (tape->count == tape->most)
@@ -467,8 +548,8 @@ static thrum_status record(const thrum_model *model, thrum_tape *tape, thrum_sta
                            tape->step.equation.dt, equation.dt);
   THRUM_TRY(check_place(model, tape, state, &equation, error));
   THRUM_TRY(check_row(tape, force, error));
-  if (levels)
-    THRUM_TRY(thrum_state_set_actuation(model, state, levels, error));
+  if (by->levels)
+    THRUM_TRY(thrum_state_set_actuation(model, state, by->levels, error));
   if (tape->actuators > 0)
     THRUM_TRY(thrum_state_actuation(model, state, thrum_tape_levels(tape, tape->count), error));
 
@@ -478,7 +559,7 @@ static thrum_status record(const thrum_model *model, thrum_tape *tape, thrum_sta
   if (tape->count == tape->first + tape->length)
     keep_start(tape, state);
   const thrum_status status =
-      make_step(model, tape, state, tape->count, force, seen, &equation, error);
+      make_step(model, tape, state, tape->count, force, by, &equation, error);
   THRUM_TRY(status);
   keep_end(model, tape, state, &equation);
   tape->count++;
@@ -488,7 +569,47 @@ static thrum_status record(const thrum_model *model, thrum_tape *tape, thrum_sta
 thrum_status thrum_tape_step(const thrum_model *model, thrum_tape *tape, thrum_state *state,
                              const double *force, thrum_error *error) {
   THRUM_TRY(thrum_tape_check(model, tape, error));
-  return record(model, tape, state, force, NULL, true, error);
+  return record(model, tape, state, force, &(step_maker){.seen = true}, error);
+}
+
+/* Can steps in these surroundings be differentiated? */
+static thrum_status check_contact(const thrum_model *model, const thrum_tape *tape,
+                                  const thrum_contact *contact,
+                                  const thrum_contact_environment *environment,
+                                  thrum_error *error) {
+  if (!contact || !environment || !tape->contacts)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "the contact or the environment is NULL, or the tape's def has no "
+                           "touches");
+  if (environment->translation || environment->rigid_frame || environment->inertia ||
+      environment->pull_count > 0 || model->shape || tape->actuators > 0)
+    return thrum_error_set(error, THRUM_UNSUPPORTED,
+                           "steps with contact have a derivative of a body that is held and not "
+                           "condensed, without pulls and actuators");
+  for (int64_t n = 0; n < environment->obstacle_count; n++) {
+    const thrum_obstacle *obstacle = environment->obstacles + n;
+    if (obstacle->shape == THRUM_OBSTACLE_SPHERE)
+      return thrum_error_set(error, THRUM_UNSUPPORTED,
+                             "obstacle %lld is a sphere: planes and boxes have a derivative here",
+                             (long long)n);
+    if (tape->step.equation.form == THRUM_STEP_NEWMARK &&
+        (obstacle->restitution < 1.0 || obstacle->friction > 0.0))
+      return thrum_error_set(error, THRUM_UNSUPPORTED,
+                             "obstacle %lld takes energy, of which steps of newmark have no "
+                             "derivative: take energy, midpoint or verlet",
+                             (long long)n);
+  }
+  return THRUM_OK;
+}
+
+thrum_status thrum_tape_contact_step(const thrum_model *model, thrum_tape *tape, thrum_state *state,
+                                     thrum_contact *contact,
+                                     const thrum_contact_environment *environment,
+                                     thrum_error *error) {
+  THRUM_TRY(thrum_tape_check(model, tape, error));
+  THRUM_TRY(check_contact(model, tape, contact, environment, error));
+  const step_maker by = {.contact = contact, .environment = environment, .seen = true};
+  return record(model, tape, state, environment->load, &by, error);
 }
 
 thrum_status thrum_tape_run(const thrum_model *model, thrum_tape *tape, thrum_state *state,
@@ -507,8 +628,9 @@ thrum_status thrum_tape_run_levels(const thrum_model *model, thrum_tape *tape, t
   int64_t done = 0;
   while (done < count && worst >= 0) {
     const double *row = force ? force + done * tape->width : NULL;
-    const double *level = levels ? levels + done * tape->actuators : NULL;
-    const thrum_status status = record(model, tape, state, row, level, done + 1 == count, error);
+    const step_maker by = {.levels = levels ? levels + done * tape->actuators : NULL,
+                           .seen = done + 1 == count};
+    const thrum_status status = record(model, tape, state, row, &by, error);
     done += status >= 0 ? 1 : 0;
 
     // the smaller of two notable statuses is the more notable

@@ -25,18 +25,6 @@
 #include "thrum/actuation.h"
 #include "thrum/condensed_model.h"
 
-/* Step k, whose rows are there. */
-static thrum_made_step made_step(const thrum_tape *tape, int64_t k) {
-  const int64_t r = tape->rank, row = k - tape->first;
-  return (thrum_made_step){.q = tape->q + row * r,
-                           .p = tape->p + row * r,
-                           .q_next = tape->q + (row + 1) * r,
-                           .p_next = tape->p + (row + 1) * r,
-                           .half = tape->half + row * r,
-                           .force = thrum_tape_force(tape, k),
-                           .force_before = thrum_tape_force(tape, k - 1)};
-}
-
 /* The scratch of a change; damping is zero. */
 static thrum_step_change change_of(thrum_tape *tape) {
   thrum_step_change change = {.q = tape->change[0],
@@ -55,6 +43,39 @@ static void take_parts(const thrum_tape_gradient *from, thrum_step_change *chang
   change->part_count = from->parts && from->part ? from->part_count : 0;
 }
 
+/* Words for what is not smooth. */
+static const char *rough_text(thrum_rough_kind kind) {
+  static const char *const texts[] = {[THRUM_ROUGH_NONE] = "",
+                                      [THRUM_ROUGH_IMPACT] = "strikes",
+                                      [THRUM_ROUGH_REST] = "rests on",
+                                      [THRUM_ROUGH_STICK] = "sticks to",
+                                      [THRUM_ROUGH_STORED] =
+                                          "is thrown back by less than its spring by",
+                                      [THRUM_ROUGH_GIVEN] = "is given back energy by",
+                                      [THRUM_ROUGH_AGAIN] = "was solved anew on"};
+  return texts[kind];
+}
+
+/* Refuses what is not smooth, unless the tape has a subgradient. */
+static thrum_status check_contacts(const thrum_tape *tape, const thrum_tape_gradient *gradient,
+                                   thrum_error *error) {
+  if (tape->slope_count > 0 && gradient->parts && gradient->part_count > 0)
+    return thrum_error_set(error, THRUM_UNSUPPORTED,
+                           "steps with contact have no derivatives by parts of the energy");
+  for (int64_t k = 0;
+       tape->contacts && tape->subgradient == THRUM_SUBGRADIENT_NONE && k < tape->count; k++) {
+    const thrum_contact_step_slopes *of = tape->contacts + k;
+    if (of->kind != THRUM_ROUGH_NONE)
+      return thrum_error_set(
+          error, THRUM_UNSUPPORTED,
+          "step %lld at t = %g s is not smooth: vertex %d %s obstacle %d; the subgradient of "
+          "laws that stay as they are (THRUM_SUBGRADIENT_FIXED) passes it",
+          (long long)k, (double)k * tape->step.equation.dt, (int)of->vertex, rough_text(of->kind),
+          (int)of->obstacle);
+  }
+  return THRUM_OK;
+}
+
 static thrum_status check_pass(const thrum_model *model, const thrum_tape *tape,
                                const thrum_tape_gradient *gradient, thrum_error *error) {
   THRUM_TRY(thrum_tape_check(model, tape, error));
@@ -67,6 +88,7 @@ static thrum_status check_pass(const thrum_model *model, const thrum_tape *tape,
                              "part %lld moves mass, which what follows of a condensed model and "
                              "what acts do not have",
                              (long long)g);
+  THRUM_TRY(check_contacts(tape, gradient, error));
   if (tape->divided < 0)
     return THRUM_OK;
   return thrum_error_set(error, THRUM_UNSUPPORTED,
@@ -123,7 +145,7 @@ static bool is_cubic(const thrum_model *model) {
 static thrum_status begin(const thrum_model *model, thrum_tape *tape, int64_t row,
                           int64_t part_count, thrum_error *error) {
   thrum_linear_step *step = &tape->step;
-  step->model = model;
+  thrum_tape_prepare(model, tape);
   step->actuators = tape->actuators;
   step->inexact = !is_cubic(thrum_condensed_shape_model(model));
   step->levels_change = tape->actuators > 0;
@@ -132,10 +154,6 @@ static thrum_status begin(const thrum_model *model, thrum_tape *tape, int64_t ro
     take_levels(tape, row > 0 ? tape->count - 1 : 0);
     step->model = &tape->seen;
   }
-  step->rank = tape->rank;
-  step->kappa = tape->kappa;
-  step->nu = tape->nu;
-  step->damping = tape->damping;
   if (tape->count > 0)
     step->equation.form = (thrum_step_form)tape->form[0];
   memset(step->kept, 0, (size_t)step->rank * sizeof *step->kept);
@@ -191,6 +209,11 @@ static void push_following(const thrum_model *model, thrum_tape *tape, int64_t k
   put_following(tape, k, kept);
   thrum_condensed_load(model, middle, kept, moved);
   add(to, moved, tape->rank);
+}
+
+/* The contact of step k; NULL: nothing touches. */
+static const thrum_contact_step_slopes *contact_of(const thrum_tape *tape, int64_t k) {
+  return tape->contacts && tape->contacts[k].count > 0 ? tape->contacts + k : NULL;
 }
 
 /* --- backward --------------------------------------------------------------------------------- */
@@ -277,11 +300,16 @@ static thrum_status pull_all(const thrum_model *model, thrum_tape *tape, const d
   memset(before, 0, vector);
   for (int64_t k = tape->count - 1; k >= 0; k--) {
     THRUM_TRY(thrum_tape_reach(model, tape, k, error));
-    const thrum_made_step made = made_step(tape, k);
+    const thrum_made_step made = thrum_tape_made(tape, k);
     double *force = gradient->force ? gradient->force + k * width : tape->wide[0];
     add_seen(tape, q_bar, p_bar, &made, k, change);
     thrum_linear_step_turn(&tape->step);
     THRUM_TRY(enter(tape, k, &made, true, error));
+    const thrum_contact_step_slopes *touching = contact_of(tape, k);
+    if (touching) {
+      thrum_contact_slopes_end(&tape->step, touching, change->p);
+      memcpy(tape->p_end, change->p, vector);
+    }
     if (gradient->levels)
       change->level = gradient->levels + k * tape->actuators;
     for (int64_t a = 0; a < tape->actuators; a++)
@@ -297,6 +325,9 @@ static thrum_status pull_all(const thrum_model *model, thrum_tape *tape, const d
     } else {
       add(change->force, before, r);
       memcpy(before, change->force_before, vector);
+      if (touching)
+        thrum_contact_slopes_pull(&tape->step, &made, touching, tape->slopes + touching->first,
+                                  tape->p_end, change);
       add_moved(change, -0.5, change->force, made.force, r);
       memcpy(force, change->force, vector);
     }
@@ -433,12 +464,20 @@ thrum_status thrum_tape_push_forward(const thrum_model *model, thrum_tape *tape,
   double *before = tape->change[5];
   for (int64_t k = 0; k < tape->count; k++) {
     THRUM_TRY(thrum_tape_reach(model, tape, k, error));
-    const thrum_made_step made = made_step(tape, k);
+    const thrum_made_step made = thrum_tape_made(tape, k);
     put_force(model, tape, k, direction, &change, before);
     copy_or_zero(before, change.q, r);
+    const thrum_contact_step_slopes *touching = contact_of(tape, k);
+    if (touching)
+      thrum_contact_slopes_push(&tape->step, &made, tape->slopes + touching->first, touching,
+                                &change, tape->pressed);
     THRUM_TRY(enter(tape, k, &made, false, error));
     put_levels(model, tape, k, direction);
     thrum_linear_step_push(&tape->step, &made, &change);
+    if (touching)
+      thrum_contact_slopes_end(&tape->step, touching, change.p);
+    for (int64_t i = 0; touching && i < r; i++)
+      change.p[i] += touching->given * tape->pressed[i];
     put_seen(&change, change.q, made.q_next, r, q + (k + 1) * r);
     put_seen(&change, change.p, made.p_next, r, p + (k + 1) * r);
     thrum_linear_step_turn(&tape->step);

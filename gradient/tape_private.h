@@ -2,6 +2,7 @@
 #ifndef THRUM_GRADIENT_TAPE_PRIVATE_H
 #define THRUM_GRADIENT_TAPE_PRIVATE_H
 
+#include "gradient/contact_slopes.h"
 #include "gradient/linear_step.h"
 #include "thrum/gradient.h"
 
@@ -34,6 +35,12 @@ struct thrum_tape {
   double *acting;     /* thrum_model_actuation_count */
   thrum_model seen;
 
+  /* Contact: of each step, and the slopes of all of them. */
+  thrum_tape_subgradient subgradient;
+  int64_t touches, slope_count;        /* that there is room for, that there are */
+  thrum_contact_slope *slopes;         /* touches */
+  thrum_contact_step_slopes *contacts; /* most; NULL: the tape takes none */
+
   /* Checkpoints: what persists of the state at the start of each segment, and a state that goes on
    * from there. */
   int64_t checkpoints;
@@ -43,9 +50,10 @@ struct thrum_tape {
 
   /* For the passes over the tape. */
   thrum_linear_step step;
-  double *change[7]; /* rank each */
-  double *wide[2];   /* width each */
-  double *level;     /* actuators */
+  double *change[7];       /* rank each */
+  double *p_end, *pressed; /* rank: derivative by p after a step, change of the contact forces */
+  double *wide[2];         /* width each */
+  double *level;           /* actuators */
 };
 
 /* Is this a tape that was started with this model? */
@@ -63,6 +71,12 @@ const double *thrum_tape_force(const thrum_tape *tape, int64_t k);
 static inline double *thrum_tape_levels(const thrum_tape *tape, int64_t k) {
   return tape->levels + k * tape->actuators;
 }
+
+/* Step k, whose rows are there. */
+thrum_made_step thrum_tape_made(const thrum_tape *tape, int64_t k);
+
+/* Gives the linear step the model and what follows from the def of the state. */
+void thrum_tape_prepare(const thrum_model *model, thrum_tape *tape);
 
 /* Where the force of step k sees what follows of a condensed model: in the middle of the step,
  * extrapolated from its start and the place before (rank, into `to`). */

@@ -225,6 +225,7 @@ typedef struct thrum_touch {
   double normal[3];  /* unit vector away from the obstacle */
   double gap;        /* distance after the step [m], negative inside; of an impact 0 */
   double impulse[3]; /* of an impact on the body [N s]; its force is 0, and this that of a touch */
+  double stiffness;  /* of its spring in the last step [N/m]; 0 of an impact */
 } thrum_touch;
 
 /* Bytes of a contact for this model and for states of the same size as `state`, into *size. Checks
@@ -302,6 +303,11 @@ THRUM_API thrum_status thrum_contact_touch_get(thrum_contact *contact, int64_t i
  * THRUM_INVALID_ARGUMENT beyond the last. */
 THRUM_API thrum_status thrum_contact_pull_force(thrum_contact *contact, int64_t index,
                                                 double force[3], thrum_error *error);
+
+/* By how much the momentum of a mode is made smaller after a step of dt [s] in which a body rests
+ * on an obstacle: 1 where steps follow it (docs/contact.md). omega2: its squared frequency [1/s^2].
+ * Any thread. */
+THRUM_API double thrum_contact_calm_factor(double dt, double omega2);
 
 /* Moves a translation by one step of dt [s] under a mean force [N]; exact for a constant force. Any
  * thread. */

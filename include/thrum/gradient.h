@@ -33,6 +33,7 @@
 #define THRUM_GRADIENT_H
 
 #include "thrum/api.h"
+#include "thrum/contact.h"
 #include "thrum/model.h"
 #include "thrum/state.h"
 
@@ -41,6 +42,16 @@ extern "C" {
 #endif
 
 typedef struct thrum_tape thrum_tape;
+
+/* What a pass takes for the derivative of a step with contact that has none. */
+typedef enum thrum_tape_subgradient {
+  THRUM_SUBGRADIENT_NONE = 0, /* it refuses the step */
+  THRUM_SUBGRADIENT_FIXED = 1 /* that of the step where each touch keeps the law that it had: what
+                                 rests or sticks stays so, an impact throws back by the share that
+                                 it did, and what a spring has stored stays. It is that of the step
+                                 as a neighbouring run makes it, as long as the same places touch in
+                                 the same steps; by when they touch it does not change. */
+} thrum_tape_subgradient;
 
 /* --- a tape's life ---------------------------------------------------------------------------- */
 
@@ -54,6 +65,9 @@ typedef struct thrum_tape_def {
    * root of `steps`, where the square of this is 24 rank steps over thrum_state_kept_bytes. */
   int64_t checkpoints;
   const thrum_state *state; /* with checkpoints: the one to be recorded, for its size */
+  int64_t touches; /* with contact: room for so many touches of all steps together; one that sticks
+                      takes 3. They go without checkpoints. 0: steps without contact [1] */
+  thrum_tape_subgradient subgradient;
 } thrum_tape_def;
 
 /* A def with every default set: 1 step, no checkpoints. size: of the def as the caller knows it
@@ -102,6 +116,20 @@ THRUM_API thrum_status thrum_tape_start(const thrum_model *model, thrum_tape *ta
  * that is not where the tape ends, or another array. */
 THRUM_API thrum_status thrum_tape_step(const thrum_model *model, thrum_tape *tape,
                                        thrum_state *state, const double *force, thrum_error *error);
+
+/* Makes and records a step of thrum_contact_step, whose load is that of the environment: of a body
+ * that is held, and planes and boxes that each touches by points. It has a derivative by start,
+ * forces, damping, stiffness and density. What springs push, and what slides, is smooth; impacts,
+ * rest and stick are not, and neither is energy that an elastic touch gives back after the step:
+ * passes refuse such a step with its time, vertex and obstacle, or take the subgradient of the
+ * def. A contact is solved to the tolerance of its def, by which gradients err. THRUM_UNSUPPORTED
+ * for free, condensed and acting bodies, pulls, spheres, and newmark where touches take energy,
+ * THRUM_BUFFER_TOO_SMALL where the tape has no room for the touches of a step that was made, else
+ * as thrum_tape_step and thrum_contact_step. */
+THRUM_API thrum_status thrum_tape_contact_step(const thrum_model *model, thrum_tape *tape,
+                                               thrum_state *state, thrum_contact *contact,
+                                               const thrum_contact_environment *environment,
+                                               thrum_error *error);
 
 /* Makes `count` >= 0 steps of thrum_tape_step with the rows of `force` (count x width; NULL: none),
  * and ends before at the first that fails; *made (may be NULL) gets how many were made, also then.
