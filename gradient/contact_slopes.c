@@ -25,11 +25,11 @@
 #include "gradient/linear_system.h"
 #include "thrum/polynomial.h"
 
-#define HELD 1e9       /* rate of what is held, times the stiffness of its place */
-#define LAW_OFF 1e-2   /* of a force: it is that of the spring */
-#define STUCK 1e-6     /* of the bound of friction: less is stuck */
-#define GIVEN_OFF 1e-9 /* share of the momentum that went back: less is rounding */
-#define SLOW 1e-9      /* of a speed: it is rest */
+#define HELD 1e7        /* rate of what is held, times the stiffness of its place */
+#define LAW_OFF 1e-2    /* of a force: it is that of the spring */
+#define STUCK 1e-6      /* of the bound of friction: less is stuck; of the force: it is none */
+#define GIVEN_MOST 1e-3 /* share of the momentum that went back: more is not smooth */
+#define SLOW 1e-9       /* of a speed: it is rest */
 
 /* --- the prediction --------------------------------------------------------------------------- */
 
@@ -108,11 +108,13 @@ static void add_along(const thrum_linear_step *step, const thrum_contact_slope *
 typedef struct touching {
   thrum_touch touch;
   const thrum_obstacle *obstacle;
-  double force, across[3]; /* N, along the normal and across it */
-  double gap, reached;     /* at the start, and predicted */
-  double speed;            /* along the normal at the start */
-  double normal[3];        /* in the axes of the mesh */
-  double damping;          /* c/h [N/m] */
+  double force, across[3];     /* N, along the normal and across it */
+  double gap, reached;         /* at the start, and predicted */
+  double speed;                /* along the normal at the start */
+  double normal[3];            /* in the axes of the mesh, as what follows: */
+  double rubs[3];              /* friction [N] */
+  double crossed[3], slide[3]; /* across the normal: predicted, and where friction ends it [m] */
+  double damping;              /* c/h [N/m] */
 } touching;
 
 /* The spring's force, and its slopes by g' and by g; false where the way is too short for them. */
@@ -171,6 +173,10 @@ static thrum_rough_kind slope_normal(const thrum_linear_step *step, const touchi
   }
   const bool strikes = t->speed < 0.0 && away > SLOW * fabs(t->speed);
   *slope = hold(step, t->touch.vertex, t->normal, strikes ? away / -t->speed : 0.0);
+
+  // out of a depth it comes by a share of it
+  if (!strikes && t->gap < 0.0 && away > 0.0)
+    slope->by_q = 0.5 * h * slope->rate * (away / t->gap);
   return strikes ? THRUM_ROUGH_IMPACT : THRUM_ROUGH_REST;
 }
 
@@ -192,14 +198,44 @@ static void note(const touching *t, thrum_rough_kind kind, thrum_contact_step_sl
   of->obstacle = t->touch.obstacle;
 }
 
-/* The slopes of one touch, 1 or 3, into `slopes`; returns how many. */
+/* How the direction of friction turns, F = -mu N u with u along t - P and P the point nearest to t
+ * on the way from 0 to h/2 v across the normal: `side` is across u in the plane. */
+static thrum_contact_slope slope_turn(const thrum_linear_step *step, const touching *t,
+                                      double size) {
+  double u[3], off[3], along_way = 0.0, length = 0.0;
+  thrum_contact_slope slope = {.vertex = t->touch.vertex};
+  for (int axis = 0; axis < 3; axis++) {
+    u[axis] = -t->rubs[axis] / size;
+    along_way += t->slide[axis] * t->crossed[axis];
+    length += t->slide[axis] * t->slide[axis];
+  }
+  const double at = length > 0.0 ? fmin(fmax(along_way / length, 0.0), 1.0) : 0.0;
+  for (int axis = 0; axis < 3; axis++)
+    off[axis] = t->crossed[axis] - at * t->slide[axis];
+  const double distance = sqrt(thrum_dot3(off, off)), half = 0.5 * step->equation.dt;
+  if (!(distance > 0.0))
+    return slope;
+  thrum_cross3(t->normal, u, slope.push);
+  memcpy(slope.along, slope.push, sizeof slope.along);
+  if (at > 0.0 && at < 1.0) {
+    // P moves along the way with t, and u turns with the way alone
+    memcpy(slope.along, u, sizeof u);
+    slope.by_p = half * size * thrum_dot3(slope.push, t->slide) / length;
+    return slope;
+  }
+  slope.rate = size / distance;
+  slope.by_p = at * half * slope.rate;
+  return slope;
+}
+
+/* The slopes of one touch, 1 to 3, into `slopes`; returns how many. */
 static int64_t slopes_of(const thrum_linear_step *step, const touching *t,
                          const thrum_placement *placement, thrum_contact_slope slopes[3],
                          thrum_contact_step_slopes *of) {
   const double most = t->obstacle->friction * t->force;
   const double size = sqrt(thrum_dot3(t->across, t->across));
   note(t, slope_normal(step, t, slopes), of);
-  if (size == 0.0)
+  if (!(size > STUCK * t->force))
     return 1;
 
   // friction at its bound follows the normal force
@@ -211,7 +247,8 @@ static int64_t slopes_of(const thrum_linear_step *step, const touching *t,
     if (placement)
       thrum_apply3_transposed(placement->axes, push, turned);
     memcpy(slopes[0].push, turned, sizeof turned);
-    return 1;
+    slopes[1] = slope_turn(step, t, size);
+    return 2;
   }
   double side[2][3];
   across_of(t->normal, side);
@@ -265,16 +302,33 @@ static touching read_touch(const thrum_linear_step *step, const thrum_made_step 
   t.gap = touch->gap - moved(step, touch->vertex, t.normal, step->part_end) + h * drift;
   t.reached = t.gap + moved(step, touch->vertex, t.normal, step->part_middle) - h * drift;
   t.speed = moved(step, touch->vertex, t.normal, made->p) - drift;
+
+  // what moves across the normal, against the obstacle
+  double drifts[3];
+  memcpy(drifts, t.obstacle->velocity, sizeof drifts);
+  memcpy(t.rubs, t.across, sizeof t.rubs);
+  if (environment->placement) {
+    thrum_apply3_transposed(environment->placement->axes, t.obstacle->velocity, drifts);
+    thrum_apply3_transposed(environment->placement->axes, t.across, t.rubs);
+  }
+  for (int axis = 0; axis < 3; axis++) {
+    const double unit[3] = {axis == 0, axis == 1, axis == 2};
+    t.crossed[axis] = moved(step, touch->vertex, unit, step->part_middle) - h * drifts[axis] -
+                      (t.reached - t.gap) * t.normal[axis];
+    t.slide[axis] =
+        0.5 * h *
+        (moved(step, touch->vertex, unit, made->p) - drifts[axis] - t.speed * t.normal[axis]);
+  }
   const double pressure =
       t.obstacle->stiffness > 0.0 ? t.obstacle->stiffness : thrum_contact_stiffness(contact);
   t.damping = t.obstacle->damping * (touch->stiffness / pressure) / h;
   return t;
 }
 
-/* What went back along the impulses of contact after the step (docs/contact.md (16)), `forces` of
- * them in part_start. */
-static double given_back(const thrum_linear_step *step, const thrum_made_step *made,
-                         const double *forces) {
+/* What went back along the impulses of contact after the step (docs/contact.md (16)); how that
+ * changes is of the order of what it is, and left out. */
+static void find_given(const thrum_linear_step *step, const thrum_made_step *made,
+                       const double *forces, thrum_contact_step_slopes *of) {
   const double h = step->equation.dt;
   double sum = 0.0, square = 0.0, momentum = 0.0;
   for (int64_t i = 0; i < step->rank; i++) {
@@ -283,7 +337,9 @@ static double given_back(const thrum_linear_step *step, const thrum_made_step *m
     square += forces[i] * forces[i];
     momentum += p * p;
   }
-  return square > 0.0 && fabs(sum) > GIVEN_OFF * sqrt(square * momentum) ? sum / square : 0.0;
+  if (fabs(sum) > GIVEN_MOST * sqrt(square * momentum) && of->kind == THRUM_ROUGH_NONE)
+    of->kind = THRUM_ROUGH_GIVEN;
+  of->given = square > 0.0 ? sum / square : 0.0;
 }
 
 /* Does all contact give back what it takes? */
@@ -328,9 +384,7 @@ bool thrum_contact_slopes_read(thrum_linear_step *step, const thrum_made_step *m
   for (int64_t i = 0; i < n; i++)
     step->part_y[i] = force[i] - step->part_y[i];
   if (energy && elastic && of->count > 0)
-    of->given = given_back(step, made, step->part_y);
-  if (of->given != 0.0 && of->kind == THRUM_ROUGH_NONE)
-    of->kind = THRUM_ROUGH_GIVEN;
+    find_given(step, made, step->part_y, of);
   return true;
 }
 

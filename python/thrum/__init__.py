@@ -23,7 +23,7 @@ from ._program import (FrequencyGradient, Response, Run, check, compare, embed, 
                        mesh, precompute, program, response, run_program, simulate, static, tradeoff)
 from .batch import Batch
 from .equilibrium import Equilibrium
-from .gradient import Gradient, Rollout, hessian_product, rollout, value_and_gradient
+from .gradient import Gradient, Rollout, Touching, hessian_product, rollout, value_and_gradient
 from .model import Model
 from .monitor import Look, Monitor
 from .scene import Body, Link, Load, Obstacle, Overlap, Pull, Scene, Touch
@@ -38,7 +38,7 @@ __all__ = [
     "BadFile", "BadValue", "Batch", "Body", "Energies", "Equilibrium", "Error", "FrequencyGradient", "Gradient", "InvalidArgument", "Link", "Load",
     "Look", "Mesh", "Missing", "Model", "ModelMismatch", "Monitor", "NodeStress", "NotConverged", "Obstacle",
     "OutOfMemory", "Overlap", "ProgramFailed", "Pull", "Report", "Response", "Rollout", "Run", "Scene", "State", "Status", "Stress",
-    "StressNodes", "StressPoints", "Surface", "Touch", "Unsupported", "View",
+    "StressNodes", "StressPoints", "Surface", "Touch", "Touching", "Unsupported", "View",
     "check", "compare", "embed", "export", "frequency_gradient", "hessian_product", "identify", "info", "integrators", "library_path", "mesh", "precompute",
     "program", "response", "rollout", "run_program", "simulate", "static", "tradeoff", "value_and_gradient", "version", "view",
 ]

@@ -18,6 +18,7 @@ from .model import Model
 if TYPE_CHECKING:
     from typing_extensions import Unpack
 
+    from .scene import Obstacle
     from .state import StateOptions
 
 # what a loss returns: its value, and its derivatives by q and p after each step; None: it does not depend on them
@@ -42,11 +43,27 @@ class Gradient:
     springs: Array | None = None  # by the stiffness of each spring that was asked for [N/m], at what it was stepped with
 
 
+@dataclass(frozen=True)
+class Touching:
+    """What a body that is held touches in a run that is differentiated: planes and boxes, by its vertices or some of them.
+
+    Springs that push and what slides are smooth. Impacts, rest and stick are not: `pull_back` refuses a step with one and names
+    its time, vertex and obstacle, or with subgradient="fixed" takes each touch to keep its law.
+    """
+
+    obstacles: Sequence[Obstacle]  # the stiffness of each, or `stiffness`, is a pressure per depth [N/m^3]
+    vertices: Any = None  # that may touch: a group or numbers; None: all
+    areas: Any = None  # of the surface that each stands for [m^2]; None: shares of the box of all of them
+    stiffness: float = 0.0  # of obstacles without their own; 0: of the body
+    subgradient: str | None = None
+    room: int = 60  # for touches in each step; one that sticks takes 3
+
+
 class Rollout:
     """A run that was recorded: q and p after each step, and derivatives. `thrum.rollout` makes it."""
 
     def __init__(self, model: Model, steps: int, q: Any, p: Any, force: Any, stiffness: float, density: float,
-                 options: dict[str, Any], actuation: Any = None) -> None:
+                 options: dict[str, Any], actuation: Any = None, touching: Touching | None = None) -> None:
         if steps < 1:
             raise ValueError(f"steps: {steps} steps; a run has one or more")
         rank = model.rank
@@ -68,13 +85,23 @@ class Rollout:
         definition, place = ffi.new("thrum_tape_def *"), ffi.new("thrum_tape **")
         lib.thrum_tape_def_init(definition, ffi.sizeof("thrum_tape_def"))
         definition.steps = steps
+        if touching is not None:
+            if touching.subgradient not in (None, "fixed"):
+                raise ValueError(f'subgradient: {touching.subgradient!r} is neither None nor "fixed"')
+            definition.touches = touching.room * steps
+            definition.subgradient = int(touching.subgradient is not None)
         call(lib.thrum_tape_create, self._c_model, definition, place)
         self._tape = ffi.gc(place[0], lib.thrum_tape_destroy, 24 * rank * steps)
         with self._stepped.state(**options) as state:
             call(lib.thrum_tape_start, self._c_model, self._tape, state._state, *map(_native.pointer, start))
-            _native.call_interruptible((state, self._tape, self._forces, levels), lib.thrum_tape_run_levels, self._c_model,
-                                       self._tape, state._state, _native.pointer(self._forces), _native.pointer(levels), steps,
-                                       ffi.NULL)
+            if touching is not None:
+                if levels is not None:
+                    raise ValueError("actuation: a run that touches has no levels")
+                self._touch(touching, state._state, steps, float(options.get("dt", 0.003)))
+            else:
+                _native.call_interruptible((state, self._tape, self._forces, levels), lib.thrum_tape_run_levels, self._c_model,
+                                           self._tape, state._state, _native.pointer(self._forces), _native.pointer(levels),
+                                           steps, ffi.NULL)
         self.steps = steps
         self.dt = float(options.get("dt", 0.003))
 
@@ -83,6 +110,35 @@ class Rollout:
         if not (stiffness > 0.0 and density > 0.0):
             raise ValueError(f"stiffness {stiffness} and density {density} are factors above 0")
         return stiffness / density
+
+    def _touch(self, touching: Touching, state: Any, steps: int, dt: float) -> None:
+        """Makes the steps with contact, solved as far as numbers go."""
+        definition, size = ffi.new("thrum_contact_def *"), ffi.new("size_t *")
+        lib.thrum_contact_def_init(definition, ffi.sizeof("thrum_contact_def"))
+        definition.tolerance, definition.sweeps_max, definition.stiffness = 1e-13, 1000, touching.stiffness
+        chosen = touching.vertices
+        if chosen is not None:
+            at = np.ascontiguousarray(self.model.group(chosen) if isinstance(chosen, str) else chosen, dtype=np.int32).ravel()
+            definition.vertices, definition.vertex_count = _native.pointer(at, "int32_t"), at.size
+        areas = None if touching.areas is None else _native.doubles(touching.areas, (self.model.vertices.shape[0] if chosen is None
+                                                                                     else at.size,), "areas")
+        definition.areas = _native.pointer(areas)
+        call(lib.thrum_contact_size, self._c_model, state, definition, size)
+        memory, place = _native.AlignedBlock(size[0]), ffi.new("thrum_contact **")
+        call(lib.thrum_contact_init, memory.place, size[0], self._c_model, state, definition, place)
+
+        # obstacles that move are the caller's, as they are in C
+        around = ffi.new("thrum_contact_environment *")
+        obstacles = ffi.new("thrum_obstacle[]", len(touching.obstacles))
+        for n, obstacle in enumerate(touching.obstacles):
+            obstacles[n] = obstacle._def.c[0]
+        around.obstacles, around.obstacle_count = obstacles, len(touching.obstacles)
+        for k in range(steps):
+            around.load = ffi.NULL if self._forces is None else _native.pointer(self._forces[k])
+            call(lib.thrum_tape_contact_step, self._c_model, self._tape, state, place[0], around)
+            for obstacle in obstacles:
+                for axis in range(3):
+                    obstacle.centre[axis] += dt * obstacle.velocity[axis]
 
     def _factors_of_levels(self) -> Array:
         """What the levels are multiplied by in coordinates that stay: what acts is divided by the density, as forces are."""
@@ -205,38 +261,41 @@ class Rollout:
 
 
 def rollout(model: Model, steps: int, q: Any = None, p: Any = None, force: Any = None, *, actuation: Any = None,
-            stiffness: float = 1.0, density: float = 1.0, **options: Unpack[StateOptions]) -> Rollout:
+            touching: Touching | None = None, stiffness: float = 1.0, density: float = 1.0, **options: Unpack[StateOptions]) -> Rollout:
     """Makes a run of `steps` steps that can be differentiated.
 
     q, p: the start (r; None: zero); force: the force of each step (steps x model.shown; None: none); actuation: levels of
     what acts on the body in each step, {"air": 2e4, "wire": a number for each step} or steps x model.actuators (None: zero);
-    stiffness, density: factors of Young's modulus and of the density of the whole body, in coordinates that stay, where muscles
+    touching: what the body touches; stiffness, density: factors of Young's modulus and of the density of the whole body, in coordinates that stay, where muscles
     follow the modulus and pressures, tendons and gases do not. options: those of `Model.state`, with the integrators energy,
     newmark, midpoint and verlet. A tolerance of 1e-13 makes gradients agree with differences of runs; with the default they err
     by about 1e-5 of a step.
     """
-    return Rollout(model, steps, q, p, force, stiffness, density, dict(options), actuation)
+    return Rollout(model, steps, q, p, force, stiffness, density, dict(options), actuation, touching)
 
 
 def value_and_gradient(loss: Loss, model: Model, steps: int, q: Any = None, p: Any = None, force: Any = None, *,
-                       actuation: Any = None, stiffness: float = 1.0, density: float = 1.0, parameters: bool = False,
+                       actuation: Any = None, touching: Touching | None = None, stiffness: float = 1.0, density: float = 1.0,
+                       parameters: bool = False,
                        **options: Unpack[StateOptions]) -> tuple[float, Gradient]:
     """The loss of a run and its gradient. loss(q, p) gets q and p after each step, (steps + 1) x r each, and returns its value and
     its derivatives by both (None: it does not depend on that one). parameters: as for `Rollout.pull_back`. All else is as for `rollout`."""
-    run = rollout(model, steps, q, p, force, actuation=actuation, stiffness=stiffness, density=density, **options)
+    run = rollout(model, steps, q, p, force, actuation=actuation, touching=touching, stiffness=stiffness, density=density,
+                  **options)
     value, q_bar, p_bar = loss(run.q, run.p)
     return float(value), run.pull_back(q_bar, p_bar, parameters=parameters)
 
 
 def hessian_product(loss: Loss, model: Model, steps: int, q: Any = None, p: Any = None, force: Any = None, *,
-                    actuation: Any = None, along: dict[str, Any], step: float = 1e-4, **options: Unpack[StateOptions]) -> Gradient:
+                    actuation: Any = None, touching: Touching | None = None,
+                    along: dict[str, Any], step: float = 1e-4, **options: Unpack[StateOptions]) -> Gradient:
     """The change of the gradient of a loss along a direction: a product with the matrix of its second derivatives.
 
     along: the direction of some of q, p, force, actuation (steps x model.actuators), damping_alpha, damping_beta, stiffness and
     density, which are then given too or have their defaults. By the difference of two exact gradients, `step` of the direction to either side: about six runs, and
     1e-6 where a step is small beside what it changes and the tolerance of the run is 1e-13.
     """
-    held: dict[str, Any] = {"q": q, "p": p, "force": force, "actuation": actuation, **options}
+    held: dict[str, Any] = {"q": q, "p": p, "force": force, "actuation": actuation, "touching": touching, **options}
     defaults: dict[str, Any] = {"q": np.zeros(model.rank), "p": np.zeros(model.rank), "force": np.zeros((steps, model.shown)),
                                 "actuation": np.zeros((steps, len(model.actuators))), "damping_alpha": 0.0, "damping_beta": 0.0,
                                 "stiffness": 1.0, "density": 1.0}

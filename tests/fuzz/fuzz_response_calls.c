@@ -1,7 +1,7 @@
 /* Fuzz target of periodic motions, gradients and whole loads: curves and normal forms, tapes and
  * rests, and the equation of a step. Each is called with every kind of model. A call that succeeds
  * leaves finite numbers.
- * sources: response/*.c gradient/*.c core/[a-z]*[a-z]/*.c runtime/[a-z]*[a-z]/*.c
+ * sources: response/*.c gradient/*.c core/[a-z]*[a-z]/*.c runtime/[a-z]*[a-z]/*.c contact/*.c
  * SPDX-License-Identifier: Apache-2.0 */
 #include "tests/fuzz/fuzz_use.h"
 
@@ -196,6 +196,30 @@ static void derive_run(const thrum_model *model, thrum_tape *tape, fuzz_draw *dr
   fuzz_check(thrum_tape_push_forward(model, tape, &gradient, q_bar, p_bar, &error), &error);
 }
 
+/* A step on a plane, which a tape without touches and bodies that it is not for refuse. */
+static void step_on_plane(const thrum_model *model, thrum_tape *tape, thrum_state *state,
+                          fuzz_draw *draw) {
+  thrum_error error = {0};
+  size_t size = 0;
+  thrum_contact *contact = NULL;
+  thrum_contact_def def = thrum_default_contact_def();
+  def.stiffness = 1e4;
+  thrum_obstacle floor = thrum_default_obstacle();
+  floor.restitution = draw_byte(draw) % 2 ? 1.0 : 0.5;
+  floor.friction = draw_byte(draw) % 2 ? 0.0 : 0.5;
+  const thrum_contact_environment around = {.obstacles = &floor, .obstacle_count = 1};
+  const thrum_status sized = thrum_contact_size(model, state, &def, &size, &error);
+  fuzz_check(sized, &error);
+  if (sized < 0)
+    return;
+  void *memory = aligned_alloc(64, (size + 63) / 64 * 64);
+  if (memory != NULL && thrum_contact_init(memory, size, model, state, &def, &contact, &error) >= 0)
+    fuzz_check(thrum_tape_contact_step(model, tape, state, contact, &around, &error), &error);
+  free(memory);
+  const double calmed = thrum_contact_calm_factor(1e-3, model->omega2[0]);
+  must_be_finite(&calmed, 1);
+}
+
 static void use_tape(const thrum_model *model, fuzz_draw *draw) {
   thrum_state_def def = draw_def(draw, model->rank);
   double q[RANK_MOST], p[RANK_MOST], force[(STEPS + 1) * RANK_MOST];
@@ -210,6 +234,9 @@ static void use_tape(const thrum_model *model, fuzz_draw *draw) {
   tape_def.steps = STEPS + 1;
   tape_def.checkpoints = draw_index(draw, 4);
   tape_def.state = state;
+  tape_def.touches = tape_def.checkpoints > 0 ? 0 : draw_index(draw, 60);
+  tape_def.subgradient = (thrum_tape_subgradient)(draw_byte(draw) % 2);
+  tape_def.steps++;
   const thrum_status created = thrum_tape_create(model, &tape_def, &tape, &error);
   fuzz_check(created, &error);
   fuzz_check(thrum_tape_size(model, &tape_def, &size, &error), &error);
@@ -231,6 +258,7 @@ static void use_tape(const thrum_model *model, fuzz_draw *draw) {
           &error);
     else
       fuzz_check(thrum_tape_run(model, tape, state, force + width, STEPS, &made, &error), &error);
+    step_on_plane(model, tape, state, draw);
     derive_run(model, tape, draw);
   }
   thrum_tape_destroy(tape);

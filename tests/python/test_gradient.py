@@ -139,6 +139,40 @@ class Gradients(unittest.TestCase):
         with self.assertRaises(thrum.Unsupported):
             thrum.rollout(beam(), STEPS, actuation=np.zeros((STEPS, 0)))
 
+    def test_a_body_that_touches(self):
+        model = beam()
+        tip = model.external_load((0, 0, 1), group="tip")
+        q_bar = np.zeros((STEPS + 1, model.rank))
+        q_bar[-1] = tip
+
+        # the beam is pushed down on a soft floor half a millimetre below it
+        def run(by=0.0, subgradient=None, integrator="midpoint", **floor):
+            floor = {"centre": (0, 0, model.vertices[:, 2].min() - 0.0005), "stiffness": 1e6, "restitution": 1, "friction": 0, **floor}
+            touching = thrum.Touching([thrum.Obstacle(**floor)], subgradient=subgradient)
+            return thrum.value_and_gradient(lambda q, p: (tip @ q[-1], q_bar, None), model, STEPS, model.start(0, 0.001 * (1 + by)),
+                                            force=np.tile(-80 * (1 + by) * tip, (STEPS, 1)), stiffness=1 + by, dt=0.002,
+                                            tolerance=1e-14, touching=touching, integrator=integrator)
+
+        def derivative(g):
+            return g.q @ model.start(0, 0.001) + (g.force * -80 * tip).sum() + g.stiffness
+        value, g = run()
+        free = thrum.value_and_gradient(lambda q, p: (tip @ q[-1], q_bar, None), model, STEPS, model.start(0, 0.001),
+                                        force=np.tile(-80 * tip, (STEPS, 1)), dt=0.002)[0]
+        self.assertGreater(abs(value / free - 1), 0.5)
+        self.assertAlmostEqual((run(1e-5)[0] - run(-1e-5)[0]) / 2e-5 / derivative(g), 1.0, 6)
+
+        # steps of energy give back what the prediction missed, and how that changes is left out
+        by_energy = (run(1e-5, integrator="energy")[0] - run(-1e-5, integrator="energy")[0]) / 2e-5
+        self.assertAlmostEqual(by_energy / derivative(run(integrator="energy")[1]), 1.0, 1)
+
+        # where it is thrown back or rests it has none, unless it is asked for
+        hard = {"restitution": 0.2, "friction": 0.5, "stiffness": 1e9}
+        with self.assertRaisesRegex(thrum.Unsupported, r"step \d+ at t = .* vertex \d+ .* obstacle 0"):
+            run(**hard)
+        self.assertTrue(np.isfinite(run(subgradient="fixed", **hard)[1].q).all())
+        with self.assertRaisesRegex(ValueError, "subgradient"):
+            run(subgradient="any")
+
     def test_a_long_run_agrees_with_differences(self):
         model, steps = beam(), 10000
 
