@@ -49,7 +49,8 @@ THRUM_API double thrum_model_unit_energy(const thrum_model *model);
 /* Bytes that thrum_model_condense needs for this model and this number of masters, into *size.
  * THRUM_INVALID_ARGUMENT for NULL or masters out of 1 to one less than the model's rank, or above
  * thrum_model_masters of a model that was precomputed condensed; THRUM_MISSING for a model without
- * a polynomial; THRUM_BAD_VALUE where a slave has no stiffness. */
+ * a polynomial; THRUM_UNSUPPORTED for one of cubature points or with a gas, which acts at level 0;
+ * THRUM_BAD_VALUE where a slave has no stiffness. */
 THRUM_API thrum_status thrum_model_condense_size(const thrum_model *model, int64_t masters,
                                                  size_t *size, thrum_error *error);
 

@@ -64,6 +64,11 @@ static thrum_status check(const thrum_model *model, int64_t masters, thrum_error
     return thrum_error_set(error, THRUM_UNSUPPORTED,
                            "the model has cubature points and no polynomial to condense: make it "
                            "without --cubature");
+  for (int64_t k = 0; model->actuator_kind && k < model->actuator_count; k++)
+    if (model->actuator_kind[k] == THRUM_ACTUATOR_GAS)
+      return thrum_error_set(error, THRUM_UNSUPPORTED,
+                             "the model has a gas, whose stiffness a condensed one would leave "
+                             "out: make it without, or step all of its coordinates");
   if (!from.c3 || !from.c4)
     return thrum_error_set(error, THRUM_MISSING, "the model has no polynomial to condense");
   if (model->shape)

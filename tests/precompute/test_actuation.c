@@ -305,6 +305,11 @@ static void what_cannot_act_is_refused(void **unused) {
   assert_string_equal(thrum_model_actuator_text(model, 3), "heat=swell:1");
   assert_null(thrum_model_actuator_text(model, ACTUATORS));
 
+  // a gas acts at level 0, where coordinates that follow at rest would not have it
+  size_t size = 0;
+  assert_int_equal(thrum_model_condense_size(model, 3, &size, &error), THRUM_UNSUPPORTED);
+  assert_non_null(strstr(error.message, "gas"));
+
   // a body without any
   thrum_model plain = *model;
   plain.actuator_kind = NULL;
