@@ -72,6 +72,15 @@ COMMANDS = {
     "static_full": "static mesh.veg --full --fix x<0.1 --load gravity:0,0,-1 -q --reactions OUT/r.csv --json",
     "response": "response m.npz --load sine:0,0,1@tip --damping-ratio 0.05,0.05,0.05,0.05 --from 3 --to 5 --harmonics 5 -o "
                 "OUT/curve --json",
+    "response_branch": "response m.npz --mode 2 --harmonics 5 --points 90 --branch 1 --no-check --stability off -q -o OUT/curve "
+                       "--json",
+    "identify": "identify m.npz recording.csv --start mode:1,0.01 --iterations 2 -q -o OUT/fit --json",
+    "mesh_sheet": "mesh roof.obj -o OUT/sheet.vtu --thickness 0.01 --layers 2 -q --json",
+    "precompute_actuator": "precompute beam:2x1x1@2x1x1,split=6 --order 1 --fix x<0.1 --modes 2 --rank 4 "
+                           "--actuator arm=muscle:1,1,0,0 --actuator pull=tendon:vertex=1,at:1,0,0,vertex=12 -q -o OUT/m.npz --json",
+    "precompute_parameters": "precompute beam:2x1x1@2x1x1,split=6 --order 1 --fix x<0.1 --modes 2 --rank 4 --parameters -q "
+                             "-o OUT/m.npz --json",
+    "simulate_actuate": "simulate acts.npz -o OUT/run --time 0.02 --actuate arm=constant:0.1 -q --json",
     "precompute_touch": "precompute mesh.veg --order 1 --fix x<0.1 --modes 2 --rank 4 --touch --rank-max 8 -q -o OUT/m.npz --json",
     "precompute_points": "precompute mesh.veg --order 1 --fix x<0.1 --modes 2 --rank 4 --cubature --cubature-error 0.2 -q "
                          "-o OUT/m.npz --json",
@@ -305,11 +314,15 @@ def make_inputs(program, inputs):
     (inputs / "programs" / "python3").symlink_to(sys.executable)
     (inputs / "page.html").write_text('<script type="application/octet-stream" id="thrum-pack"></script>')
     (inputs / "surface.obj").write_text(OBJ)
+    (inputs / "roof.obj").write_text("v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0.1\nf 1 2 3 4\n")
+    (inputs / "recording.csv").write_text("time_s,tip.z_m\n" + "".join(f"{0.01 * n},{0.01 * math.cos(0.25 * n)}\n" for n in range(40)))
     (inputs / "quake.csv").write_text("t,ax,ay,az\n" + "".join(f"{0.01 * n},{n % 3},0,{n % 2}\n" for n in range(6)))
     for line in ("convert beam:2x1x1@2x1x1 mesh.veg", "convert beam:2x1x1@2x1x1 mesh.msh",
                  "convert beam:2x1x1@2x1x1 mesh.inp",
                  "precompute beam:2x1x1@2x1x1,split=6 --order 1 --fix x<0.1 --modes 2 --rank 4 -q -o m.npz",
                  "precompute beam:2x1x1@2x1x1,split=6 --order 1 --modes 2 --rank 4 -q -o f.npz",
+                 "precompute beam:2x1x1@2x1x1,split=6 --order 1 --fix x<0.1 --modes 2 --rank 4 --actuator arm=muscle:1,1,0,0 -q "
+                 "-o acts.npz",
                  "simulate m.npz -o run --time 0.03 --start mode:1,0.01 -q",
                  "simulate m.npz -o longer_run --time 0.03 --dt 0.0015 --start mode:1,0.01 -q", "simulate scene.json -o scene_run -q"):
         done = subprocess.run([program, *line.split(" ")], cwd=inputs, capture_output=True, text=True, check=False)

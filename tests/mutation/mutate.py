@@ -101,14 +101,14 @@ def sites(text):
                           r'uint32_t|uint64_t)\s[^;{}()=]*$')
     for m in re.finditer(r'(?<=%s)\[([^\[\]\n]+)\]' % OPERAND, code):
         line = code[code.rfind("\n", 0, m.start()) + 1:m.start()]
-        if declared.search(line) and "=" not in line and "(" not in line:
+        if declared.search(line) and "=" not in line and "(" not in line or code.startswith(" = {", m.end()):
             continue
         for change in (" + 1", " - 1"):
             found.append(("index", m.start(), m.end(), "[%s%s]" % (m.group(1), change)))
 
     for m in re.finditer(r'(?<![\w.\]])(\d+\.\d*(?:e[-+]?\d+)?|\d+)(?![\w.])', code):
         line = code[code.rfind("\n", 0, m.start()) + 1:m.start()]
-        if declared.search(line) and line.rstrip().endswith("["):
+        if line.rstrip().endswith("[") and (declared.search(line) or code.startswith("] = {", m.end())):
             continue
         value, number = m.group(1), float(m.group(1))
         real = "." in value or "e" in value
