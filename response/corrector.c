@@ -25,7 +25,7 @@
 
 void thrum_corrector_lay(thrum_corrector *c, thrum_room *room) {
   const int64_t n = c->balance->unknowns + 1;
-  c->matrix = thrum_room_take(room, n * n);
+  c->matrix = thrum_room_take(room, n * thrum_square_width(n, 0));
   c->residual = thrum_room_take(room, n);
   c->columns = (int32_t *)(void *)thrum_room_take(room, (n + 1) / 2);
 }
@@ -46,15 +46,15 @@ void thrum_direction_normalise(int64_t count, double *direction) {
 /* Makes the factors at the motion of the last residual. */
 static bool factor(thrum_corrector *c, const double *normal, const thrum_place *place) {
   thrum_balance *b = c->balance;
-  const int64_t n = b->unknowns;
+  const int64_t n = b->unknowns, width = thrum_square_width(n + 1, 0);
   thrum_balance_linearise(b, place->omega);
   for (int64_t row = 0; row < n; row++) {
-    double *out = c->matrix + row * (n + 1);
+    double *out = c->matrix + row * width;
     const double scale = 1 / thrum_balance_weight(b, place->omega, row);
     out[n] =
         thrum_balance_row(b, place->x, place->omega, row, scale, out) * scale * c->width / c->size;
   }
-  memcpy(c->matrix + n * (n + 1), normal, (size_t)(n + 1) * sizeof *normal);
+  memcpy(c->matrix + n * width, normal, (size_t)(n + 1) * sizeof *normal);
   c->factorisations++;
   return thrum_square_factor(c->matrix, n + 1, c->columns);
 }
@@ -80,7 +80,7 @@ static double look(thrum_corrector *c, const double *normal, const thrum_place *
 /* Takes the step of the present residual; false where it leads far away. */
 static bool take_step(thrum_corrector *c, thrum_place *place) {
   const int64_t n = c->balance->unknowns;
-  thrum_square_solve(c->matrix, n + 1, c->columns, 1, c->residual);
+  thrum_square_solve(c->matrix, n + 1, c->columns, c->residual);
   if (!(thrum_direction_product(n + 1, c->residual, c->residual) < FURTHEST * FURTHEST))
     return false;
   for (int64_t i = 0; i < n; i++)
@@ -131,7 +131,7 @@ void thrum_corrector_tangent(thrum_corrector *c, double *tangent) {
   const int64_t n = c->balance->unknowns;
   memset(tangent, 0, (size_t)n * sizeof *tangent);
   tangent[n] = 1;
-  thrum_square_solve(c->matrix, n + 1, c->columns, 1, tangent);
+  thrum_square_solve(c->matrix, n + 1, c->columns, tangent);
   thrum_direction_normalise(n + 1, tangent);
 }
 
@@ -147,7 +147,7 @@ void thrum_corrector_null(const thrum_corrector *c, double *null) {
 
   // each solve leaves more of what the matrix makes small
   for (int it = 0; it < NULL_ITERATIONS; it++) {
-    thrum_square_solve(c->matrix, n + 1, c->columns, 1, null);
+    thrum_square_solve(c->matrix, n + 1, c->columns, null);
     thrum_direction_normalise(n + 1, null);
   }
   for (int64_t i = 0; i <= n; i++)

@@ -17,7 +17,7 @@ typedef struct thrum_corrector {
   thrum_balance *balance;
   double size, width;
   double tolerance;
-  double *matrix, *residual; /* (unknowns + 1)^2, unknowns + 1 */
+  double *matrix, *residual; /* unknowns + 1 rows of thrum_square_width, unknowns + 1 */
   int32_t *columns;          /* unknowns + 1 */
   int32_t iterations, factorisations;
   int32_t last_iterations; /* of the last call */

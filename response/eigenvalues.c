@@ -37,28 +37,48 @@ static reflection reflection_of(double x, double y, double z) {
   return made;
 }
 
+/* Reflects two rows of h, in the columns from .. to. */
+static void reflect_two(double *restrict a, double *restrict b, const reflection *by, int64_t from,
+                        int64_t to) {
+  const double v = by->v[1], beta = by->beta;
+  for (int64_t j = from; j <= to; j++) {
+    const double sum = (a[j] + v * b[j]) * beta;
+    a[j] -= sum;
+    b[j] -= sum * v;
+  }
+}
+
+static void reflect_three(double *restrict a, double *restrict b, double *restrict c,
+                          const reflection *by, int64_t from, int64_t to) {
+  const double v = by->v[1], w = by->v[2], beta = by->beta;
+  for (int64_t j = from; j <= to; j++) {
+    const double sum = (a[j] + v * b[j] + w * c[j]) * beta;
+    a[j] -= sum;
+    b[j] -= sum * v;
+    c[j] -= sum * w;
+  }
+}
+
 /* Reflects rows or columns `at` .. at + size - 1 of h, in the columns or rows from .. to. */
 static void reflect_rows(double *h, int64_t n, const reflection *by, int64_t at, int64_t size,
                          int64_t from, int64_t to) {
-  for (int64_t j = from; j <= to; j++) {
-    double sum = 0;
-    for (int64_t i = 0; i < size; i++)
-      sum += by->v[i] * h[(at + i) * n + j];
-    sum *= by->beta;
-    for (int64_t i = 0; i < size; i++)
-      h[(at + i) * n + j] -= sum * by->v[i];
-  }
+  double *a = h + at * n;
+  if (size == 2)
+    reflect_two(a, a + n, by, from, to);
+  else
+    reflect_three(a, a + n, a + 2 * n, by, from, to);
 }
 
 static void reflect_columns(double *h, int64_t n, const reflection *by, int64_t at, int64_t size,
                             int64_t from, int64_t to) {
+  const double v = by->v[1], w = by->v[2], beta = by->beta;
   for (int64_t i = from; i <= to; i++) {
-    double *row = h + i * n + at, sum = 0;
-    for (int64_t j = 0; j < size; j++)
-      sum += row[j] * by->v[j];
-    sum *= by->beta;
-    for (int64_t j = 0; j < size; j++)
-      row[j] -= sum * by->v[j];
+    double *row = h + i * n + at;
+    const double sum = (row[0] + v * row[1] + (size == 3 ? w * row[2] : 0)) * beta;
+    row[0] -= sum;
+    row[1] -= sum * v;
+    if (size == 3)
+      row[2] -= sum * w;
   }
 }
 

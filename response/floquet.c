@@ -1,5 +1,5 @@
 /* Floquet multipliers: the perturbations of a periodic motion over a period, docs/mathematics/21
- * (7).
+ * (7) and (14).
  *
  * In tau = Omega t a perturbation y obeys y'' + (D / Omega) y' + (T(q) / Omega^2) y = 0. A step of
  * Gauss's method of two stages with h = 2 pi / steps solves
@@ -9,9 +9,18 @@
  *
  * for the accelerations w of both stages, of all 2 r perturbations at once. It is of order 4 and
  * symplectic: without damping what is stable stays on the unit circle at any step. The monodromy
- * matrix is what they are after a period, and its eigenvalues are the multipliers. Cost: steps (43
- * r^3 / 3 + 4 H r^2) and 80 r^3. Source: Hairer, Lubich and Wanner 2006,
- * doi:10.1007/3-540-30666-8, section II.1.
+ * matrix is what they are after a period, and its eigenvalues are the multipliers.
+ *
+ * Where no slave has inertia and h^2 T / Omega^2 is small, Numerov's method of order 4 takes one
+ * matrix a step. In exp(D tau / 2 Omega) y there is no damping; with N = 1 + h^2 (T / Omega^2 - D^2
+ * / 4 Omega^2) / 12, w = N y and E = exp(D h / 2 Omega)
+ *
+ *   E w_n+1 = 12 N^-1 w_n - 10 w_n - E^-1 w_n-1,
+ *
+ * and what two w that follow each other become in a period has the multipliers too. Cost: steps (43
+ * r^3 / 3 + 4 H r^2), or steps (7 r^3 / 3 + 2 H r^2), and 80 r^3. Sources: Hairer, Lubich and
+ * Wanner 2006, doi:10.1007/3-540-30666-8, section II.1; Hairer, Norsett and Wanner 1993, section
+ * III.10.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include "core/base/fp_contract.h"
@@ -34,6 +43,7 @@
 #define TABLED_MOST 512 /* steps of which all matrices are kept at once */
 #define DOUBLINGS 6     /* of the steps, at finding whether what is unstable stays so */
 #define AGREE 0.1       /* of its growth: so near are two that agree */
+#define SHORT 1.5 /* of h^2 T / Omega^2, at the most: from 6 on Numerov's steps are unstable */
 
 /* Places c and weights a of the method, and what follows of them. */
 static const double root = 0.28867513459481288225; /* sqrt(3) / 6 */
@@ -54,6 +64,7 @@ void thrum_floquet_lay(thrum_floquet *f, thrum_room *room) {
   f->motion = thrum_room_take(room, 4 * r * r);
   f->width = thrum_square_width(2 * r, 2 * r);
   f->system = thrum_room_take(room, 2 * r * f->width);
+  f->columns = (int32_t *)(void *)thrum_room_take(room, r);
   f->steps_tabled = f->steps_least < TABLED_MOST ? f->steps_least : TABLED_MOST;
   const int64_t places = f->steps_tabled > 2 ? 2 * f->steps_tabled : 5;
   const int64_t table = f->balance->model->point_count > 0 ? 2 * r * r : places * r * r;
@@ -66,9 +77,13 @@ void thrum_floquet_lay(thrum_floquet *f, thrum_room *room) {
   f->q = thrum_room_take(room, r);
 }
 
-/* The harmonics 0 to 2 H at a place of Gauss. */
-static void put_waves(thrum_floquet *f, int64_t place) {
-  const double at = (double)(place / 2) + (place % 2 == 0 ? C1 : C2);
+/* How many steps a place of Gauss is from the beginning. */
+static double steps_to(int64_t place) {
+  return (double)(place / 2) + (place % 2 == 0 ? C1 : C2);
+}
+
+/* The harmonics 0 to 2 H so many steps from the beginning. */
+static void put_waves(thrum_floquet *f, double at) {
   const double angle = THRUM_TWO_PI * at / (double)f->steps, c = cos(angle), s = sin(angle);
   f->cosines[0] = 1;
   f->sines[0] = 0;
@@ -100,24 +115,24 @@ static void tangent_of_points(thrum_floquet *f, const thrum_place *of, double *t
   motion_at(f, of);
   thrum_tangent_stiffness(b->model, f->q, tangent, b->work);
   const double parts[LOAD_PARTS] = {1, f->cosines[b->periods], f->sines[b->periods]};
-  for (int part = 0; b->pull != NULL && part < LOAD_PARTS; part++)
-    for (int64_t e = 0; e < square; e++)
+  for (int part = 0; part < LOAD_PARTS; part++)
+    for (int64_t e = 0; b->pulls[part] && e < square; e++)
       tangent[e] -= parts[part] * b->pull[part * square + e];
 }
 
-/* The matrices of (21.7) at four places of Gauss that lie symmetrically in the period: by the
- * place, over Omega^2, with what of the load changes with q; and by velocity, over Omega, and
- * acceleration, where slaves have inertia. They are quadratic in the motion, so their series of 2 H
- * harmonics, which the balance has made, is exact. at: four matrices of each table are filled,
- * those of these places. */
-static void sum_matrices(thrum_floquet *f, const thrum_place *of, int64_t place,
+/* The matrices of (21.7) at four places that lie symmetrically in the period, the first so many
+ * steps from its beginning: by the place, over Omega^2, with what of the load changes with q; and
+ * by velocity, over Omega, and acceleration, where slaves have inertia. They are quadratic in the
+ * motion, so their series of 2 H harmonics, which the balance has made, is exact. at: four matrices
+ * of each table are filled, those of these places. */
+static void sum_matrices(thrum_floquet *f, const thrum_place *of, double steps,
                          const int64_t at[4]) {
   thrum_balance *b = f->balance;
   const int64_t square = b->rank * b->rank, count = 2 * b->harmonics + 1;
   const thrum_spectrum *const spectra[3] = {&b->stiffness, &b->drag, &b->inertia};
   double *const tables[3] = {f->tangents, f->drag, f->inertia};
   const double scales[3] = {1 / (of->omega * of->omega), 1 / of->omega, 1};
-  put_waves(f, place);
+  put_waves(f, steps);
 
   // means with cosines and sines are halves of the coefficients, but for the first
   for (int64_t k = 1; k < count; k++) {
@@ -138,7 +153,7 @@ static void fill_tables(thrum_floquet *f, const thrum_place *of) {
   const int64_t n = f->steps, half = n / 2;
   for (int64_t i = 0; i < half; i++) {
     const int64_t at[4] = {2 * i, 2 * (i + half), 2 * (n - 1 - i) + 1, 2 * (half - 1 - i) + 1};
-    sum_matrices(f, of, 2 * i, at);
+    sum_matrices(f, of, steps_to(2 * i), at);
   }
 }
 
@@ -153,14 +168,14 @@ static void find_matrices(thrum_floquet *f, const thrum_place *of, int64_t index
   f->at = 0;
   for (int64_t stage = 0; stage < 2; stage++)
     if (b->model->point_count > 0) {
-      put_waves(f, 2 * index + stage);
+      put_waves(f, steps_to(2 * index + stage));
       double *tangent = f->tangents + stage * b->rank * b->rank;
       tangent_of_points(f, of, tangent);
       for (int64_t e = 0; e < b->rank * b->rank; e++)
         tangent[e] /= of->omega * of->omega;
     } else {
       const int64_t at[4] = {stage, 2, 3, 4};
-      sum_matrices(f, of, 2 * index + stage, at);
+      sum_matrices(f, of, steps_to(2 * index + stage), at);
     }
 }
 
@@ -195,8 +210,6 @@ WIDE static void fill_rates(thrum_floquet *f, double omega, double h, int stage)
     double *rates = f->system + (stage * r + row) * f->width + count;
     for (int64_t c = 0; c < count; c++)
       rates[c] = -damping * speed[row * count + c];
-    for (int64_t c = 2 * count; c < f->width; c++)
-      rates[c - count] = 0;
     thrum_wide_product(r, count, f->product, f->tangents + ((f->at + stage) * r + row) * r, rates);
   }
 
@@ -235,7 +248,7 @@ static bool step(thrum_floquet *f, const thrum_place *of, int64_t index) {
     fill_block(f, of->omega, h, stage, 0);
     fill_block(f, of->omega, h, stage, 1);
   }
-  if (!thrum_square_eliminate(f->system, count, count))
+  if (!thrum_square_eliminate(f->system, count, count, f->columns))
     return false;
   move(f, h);
   return true;
@@ -285,14 +298,89 @@ thrum_response_kind thrum_floquet_crossing(const thrum_floquet *f) {
   return kind;
 }
 
-/* Multipliers by f->steps steps. */
-static bool solve_by_steps(thrum_floquet *f, const thrum_place *place) {
+/* Fills the table with the matrices where steps begin, and says whether these are short. */
+static bool fill_beginnings(thrum_floquet *f, const thrum_place *of, double h) {
+  const int64_t n = f->steps, half = n / 2, r = f->balance->rank;
+  for (int64_t i = 0; i <= half / 2; i++) {
+    // places that mirror themselves are found twice, once behind the table
+    const bool twice = i == 0 || 2 * i == half;
+    const int64_t at[4] = {i, i + half, twice ? n : n - i, twice ? n + 1 : half - i};
+    sum_matrices(f, of, (double)i, at);
+  }
+  double largest = 0;
+  for (int64_t row = 0; row < n * r; row++) {
+    double sum = 0;
+    for (int64_t column = 0; column < r; column++)
+      sum += fabs(f->tangents[row * r + column]);
+    largest = fmax(largest, sum);
+  }
+  return h * h * largest < SHORT;
+}
+
+/* A step of Numerov's method: w is the first half of the motion, and w of the step before the
+ * other.
+ */
+WIDE static bool step_numerov(thrum_floquet *f, const double *shrink, double omega, double h,
+                              int64_t index) {
+  const thrum_balance *b = f->balance;
+  const int64_t r = b->rank, count = 2 * r, width = thrum_square_width(r, count);
+  const double share = h * h / 12, *tangent = f->tangents + index * r * r;
+  double *now = f->motion, *before = f->motion + r * count;
+  for (int64_t i = 0; i < r; i++) {
+    double *row = f->system + i * width;
+    const double damping = b->damping != NULL ? b->damping[i] / omega : 0;
+    for (int64_t j = 0; j < r; j++)
+      row[j] = share * tangent[i * r + j];
+    row[i] += 1 - 0.25 * share * damping * damping;
+    for (int64_t c = 0; c < count; c++)
+      row[r + c] = 12 * now[i * count + c];
+  }
+  if (!thrum_square_eliminate(f->system, r, count, f->columns))
+    return false;
+  for (int64_t i = 0; i < r; i++) {
+    const double *row = f->system + i * width + r;
+    for (int64_t c = i * count; c < (i + 1) * count; c++) {
+      const double next = shrink[i] * (row[c - i * count] - 10 * now[c] - shrink[i] * before[c]);
+      before[c] = now[c];
+      now[c] = next;
+    }
+  }
+  return true;
+}
+
+/* The motion by Numerov's method, where that will do. */
+static bool move_numerov(thrum_floquet *f, const thrum_place *place) {
+  const thrum_balance *b = f->balance;
+  const double h = THRUM_TWO_PI / (double)f->steps;
+  double *shrink = f->q;
+  if (b->slaves.count > 0 || !fill_beginnings(f, place, h))
+    return false;
+  for (int64_t i = 0; i < b->rank; i++)
+    shrink[i] = b->damping != NULL
+                    ? 1 + thrum_exponential_growth(-0.5 * h * b->damping[i] / place->omega)
+                    : 1;
+  for (int64_t index = 0; index < f->steps; index++)
+    if (!step_numerov(f, shrink, place->omega, h, index))
+      return false;
+  return true;
+}
+
+static void begin_with_units(thrum_floquet *f) {
   const int64_t n = 2 * f->balance->rank;
   memset(f->motion, 0, (size_t)(n * n) * sizeof *f->motion);
   for (int64_t i = 0; i < n; i++)
     f->motion[i * n + i] = 1;
+}
+
+/* Multipliers by f->steps steps. */
+static bool solve_by_steps(thrum_floquet *f, const thrum_place *place) {
+  const int64_t n = 2 * f->balance->rank;
+  begin_with_units(f);
   f->tabled =
       f->balance->model->point_count == 0 && f->steps <= f->steps_tabled && f->steps % 2 == 0;
+  if (f->tabled && move_numerov(f, place))
+    return thrum_eigenvalues(f->motion, n, f->values);
+  begin_with_units(f);
   if (f->tabled)
     fill_tables(f, place);
   for (int64_t index = 0; index < f->steps; index++)

@@ -12,7 +12,8 @@ typedef struct thrum_floquet {
   double *cosines, *sines;    /* 2 H + 1, at a place of Gauss */
   double *residual;           /* of the balance, not looked at */
   double *motion;             /* 2 rank x 2 rank: perturbations and their rates, by column */
-  double *system; /* 2 rank x width: the equations of a step with their right-hand sides */
+  double *system;   /* 2 rank x width: the equations of a step with their right-hand sides */
+  int32_t *columns; /* 2 rank: their exchanges */
   int64_t width;
   double *tangents;       /* places of Gauss, two a step, x rank x rank */
   double *drag, *inertia; /* the same of velocities and accelerations, where slaves have inertia */

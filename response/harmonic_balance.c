@@ -82,10 +82,12 @@ void thrum_balance_subtract_load(const thrum_balance *b, int64_t s, const double
     for (int64_t i = 0; i < r; i++)
       force[i] -= parts[part] * b->load[part * r + i];
 
-    // a load on what follows pulls at what it follows
-    for (int64_t i = 0; b->pull != NULL && i < r; i++)
-      for (int64_t j = 0; j < r; j++)
-        force[i] -= parts[part] * b->pull[(part * r + i) * r + j] * q[j];
+    // a load on what follows pulls at what it follows, by a symmetric matrix
+    for (int64_t j = 0; b->pulls[part] && j < r; j++) {
+      const double by = parts[part] * q[j], *pull = b->pull + (part * r + j) * r;
+      for (int64_t i = 0; i < r; i++)
+        force[i] -= by * pull[i];
+    }
   }
 }
 
@@ -197,8 +199,8 @@ void thrum_balance_linearise(thrum_balance *b, double omega) {
     double *tangent = b->stiffness.samples + s * square, parts[LOAD_PARTS];
     thrum_tangent_stiffness(b->model, b->q + s * r, tangent, b->work);
     load_parts(b, s, parts);
-    for (int part = 0; b->pull != NULL && part < LOAD_PARTS; part++)
-      for (int64_t e = 0; e < square; e++)
+    for (int part = 0; part < LOAD_PARTS; part++)
+      for (int64_t e = 0; b->pulls[part] && e < square; e++)
         tangent[e] -= parts[part] * b->pull[part * square + e];
     if (slaves)
       linearise_slaves(b, omega, s);

@@ -30,7 +30,8 @@ typedef struct thrum_balance {
   int64_t samples;   /* N of a period */
   int64_t periods;   /* of the load in it */
   double *load;      /* LOAD_PARTS x rank */
-  double *pull; /* LOAD_PARTS x rank x rank: the same load grows so with q; NULL: it does not */
+  double *pull; /* LOAD_PARTS x rank x rank: the same load grows so with q; NULL: it does not, */
+  bool pulls[LOAD_PARTS];       /* nor does a part for which this is false */
   double *cosines, *sines;      /* (2 H + 1) x N: cos and sin of m tau_s */
   double *q, *force;            /* N x rank */
   thrum_spectrum stiffness;     /* derivatives of the forces by the place, */

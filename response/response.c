@@ -275,7 +275,9 @@ static void reduce_loads(curve *c) {
       thrum_condensed_load(model, c->unit, loads[part], column);
       c->unit[j] = 0;
       for (int64_t i = 0; i < r; i++)
-        b->pull[(part * r + i) * r + j] = column[i] - load[i];
+        b->pull[(part * r + j) * r + i] = column[i] - load[i];
+      for (int64_t i = 0; i < r; i++)
+        b->pulls[part] = b->pulls[part] || column[i] != load[i];
     }
   }
 }

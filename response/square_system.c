@@ -1,11 +1,12 @@
-/* Dense linear systems in place: A P = L U, row by row, with the largest entry of a row as its
- * pivot.
+/* Dense linear systems in place: A P = L U, with the largest entry of a row as its pivot.
  *
- * A row is reduced by the rows above it, eight of them at a time: first within the eight columns of
- * their pivots, which gives the multipliers, then in all columns behind in one pass, so that the
- * row is loaded and stored once for eight. -L is stored in place of L, for the passes add. Cost:
- * 2/3 n^3 operations, 2 n^2 for each right-hand side. Source: Golub and Van Loan 2013, Matrix
- * computations, section 3.2.
+ * Four rows at a time are reduced by the rows above them, four of which go at a time: the inverse
+ * of the triangle of their pivots gives the multipliers, and one pass adds their columns behind. So
+ * what is loaded serves four rows, and no multiplier waits for the one before it. -L is stored in
+ * place of L, for the passes add, the inverse of a pivot in its place, and those triangles behind
+ * the rows. Columns of right-hand sides beside the matrix are reduced with it. Cost: 2/3 n^3
+ * operations, 2 n^2 for a right-hand side. Source: Golub and Van Loan 2013, Matrix computations,
+ * section 3.2.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include "core/base/fp_contract.h"
@@ -17,171 +18,252 @@
 #include "core/base/matrix_product.h"
 #include "response/wide.h"
 
-#define ROWS_AT_ONCE 8
+#define FOUR 4 /* rows at a time */
 
-/* Reduces `row` by the finished rows first .. last - 1 of `matrix`. */
-WIDE static void reduce(const double *matrix, int64_t n, int64_t first, int64_t last,
-                        double *restrict row) {
-  // the multipliers, each of which depends on those before it
-  for (int64_t k = first; k < last; k++) {
-    const double *above = matrix + k * n;
-    const double multiplier = -row[k] / above[k];
-    row[k] = multiplier;
-    for (int64_t j = k + 1; j < last; j++)
-      row[j] += multiplier * above[j];
-  }
+/* A system: its rows are `width` apart, and have `used` numbers that passes reach. */
+typedef struct square {
+  double *matrix;
+  int64_t n, used, width;
+} square;
 
-  // all that is behind these columns; the rows of the matrix are n apart
-  int64_t k = first;
-  for (; k + 4 <= last; k += 4) {
-    const double *a = matrix + k * n, *b = a + n, *c = b + n, *d = c + n;
-    const double wa = row[k], wb = row[k + 1], wc = row[k + 2], wd = row[k + 3];
-    for (int64_t j = last; j < n; j++)
-      row[j] = (((row[j] + wa * a[j]) + wb * b[j]) + wc * c[j]) + wd * d[j];
-  }
-  for (; k < last; k++) {
-    const double *above = matrix + k * n;
-    for (int64_t j = last; j < n; j++)
-      row[j] += row[k] * above[j];
+static square square_of(double *matrix, int64_t n, int64_t count) {
+  const int64_t width = thrum_square_width(n, count);
+  return (square){matrix, n, width - THRUM_SQUARE_BEHIND, width};
+}
+
+/* Where minus the inverse of the triangle of four pivots lies, a row of it behind each of theirs.
+ */
+static inline double *behind(const square *s, int64_t row) {
+  return s->matrix + row * s->width + s->used;
+}
+
+/* out = x times that triangle of the rows k .. k + 3. */
+static inline void multiply(const square *s, int64_t k, const double *x, double out[FOUR]) {
+  for (int j = 0; j < FOUR; j++)
+    out[j] = x[0] * behind(s, k)[j];
+  for (int i = 1; i < FOUR; i++)
+    for (int j = 0; j < FOUR; j++)
+      out[j] += x[i] * behind(s, k + i)[j];
+}
+
+/* A row += weights w times the four rows from `above` on, from column `from` on. */
+static inline void add_four(const double *restrict above, int64_t width, int64_t from, int64_t to,
+                            const double *w, double *restrict row) {
+  const double *a = above, *b = a + width, *c = b + width, *d = c + width;
+  const double wa = w[0], wb = w[1], wc = w[2], wd = w[3];
+  for (int64_t j = from; j < to; j++)
+    row[j] = (((row[j] + wa * a[j]) + wb * b[j]) + wc * c[j]) + wd * d[j];
+}
+
+/* The same of four rows that follow each other, with four weights each. */
+static inline void add_four_to_four(const double *restrict above, int64_t width, int64_t from,
+                                    int64_t to, const double *w, double *restrict row0,
+                                    double *restrict row1, double *restrict row2,
+                                    double *restrict row3) {
+  const double *a = above, *b = a + width, *c = b + width, *d = c + width;
+  const double a0 = w[0], b0 = w[1], c0 = w[2], d0 = w[3];
+  const double a1 = w[4], b1 = w[5], c1 = w[6], d1 = w[7];
+  const double a2 = w[8], b2 = w[9], c2 = w[10], d2 = w[11];
+  const double a3 = w[12], b3 = w[13], c3 = w[14], d3 = w[15];
+  for (int64_t j = from; j < to; j++) {
+    row0[j] = (((row0[j] + a0 * a[j]) + b0 * b[j]) + c0 * c[j]) + d0 * d[j];
+    row1[j] = (((row1[j] + a1 * a[j]) + b1 * b[j]) + c1 * c[j]) + d1 * d[j];
+    row2[j] = (((row2[j] + a2 * a[j]) + b2 * b[j]) + c2 * c[j]) + d2 * d[j];
+    row3[j] = (((row3[j] + a3 * a[j]) + b3 * b[j]) + c3 * c[j]) + d3 * d[j];
   }
 }
 
-static void swap_columns(double *matrix, int64_t n, int64_t a, int64_t b) {
-  for (int64_t i = 0; i < n; i++) {
-    double *row = matrix + i * n;
-    const double kept = row[a];
-    row[a] = row[b];
-    row[b] = kept;
+static inline void add_rows(const square *s, int64_t above, int64_t from, const double *w,
+                            int64_t first, int64_t count) {
+  double *rows = s->matrix + first * s->width;
+  const double *of = s->matrix + above * s->width;
+  if (count == FOUR)
+    add_four_to_four(of, s->width, from, s->used, w, rows, rows + s->width, rows + 2 * s->width,
+                     rows + 3 * s->width);
+  else
+    for (int64_t i = 0; i < count; i++)
+      add_four(of, s->width, from, s->used, w + FOUR * i, rows + i * s->width);
+}
+
+/* Reduces four rows, or the last few, by all rows above the first. A pass begins at a multiple of
+ * eight, and the multipliers are stored behind it. */
+WIDE static void reduce(const square *s, int64_t first, int64_t count) {
+  for (int64_t k = 0; k < first; k += FOUR) {
+    double w[FOUR * FOUR];
+    for (int64_t i = 0; i < count; i++)
+      multiply(s, k, s->matrix + (first + i) * s->width + k, w + FOUR * i);
+    add_rows(s, k, (k + FOUR) / 8 * 8, w, first, count);
+    for (int64_t i = 0; i < count; i++)
+      for (int64_t j = 0; j < FOUR; j++)
+        s->matrix[(first + i) * s->width + k + j] = w[FOUR * i + j];
   }
 }
 
-bool thrum_square_factor(double *matrix, int64_t n, int32_t *columns) {
-  for (int64_t i = 0; i < n; i++) {
-    double *row = matrix + i * n;
-    for (int64_t k = 0; k < i; k += ROWS_AT_ONCE)
-      reduce(matrix, n, k, k + ROWS_AT_ONCE < i ? k + ROWS_AT_ONCE : i, row);
+/* Reduces a row by those of its four that are done. */
+WIDE static void reduce_within(const square *s, int64_t first, int64_t i) {
+  const double *a = s->matrix + first * s->width, *b = a + s->width, *c = b + s->width;
+  double *restrict row = s->matrix + i * s->width;
+  double w[FOUR] = {0};
+  for (int64_t k = 0; k < i - first; k++) {
+    double value = row[first + k];
+    for (int64_t j = 0; j < k; j++)
+      value += w[j] * a[j * s->width + first + k];
+    w[k] = -value * a[k * s->width + first + k];
+  }
 
-    // the largest entry that is left becomes the pivot
-    int64_t best = i;
-    for (int64_t j = i + 1; j < n; j++)
-      if (fabs(row[j]) > fabs(row[best]))
-        best = j;
-    columns[i] = (int32_t)best;
-    if (best != i)
-      swap_columns(matrix, n, i, best);
-    if (row[i] == 0 || !isfinite(row[i]))
-      return false;
+  // one pass, behind which the multipliers are stored
+  if (i - first == 1)
+    for (int64_t j = first; j < s->used; j++)
+      row[j] += w[0] * a[j];
+  if (i - first == 2)
+    for (int64_t j = first; j < s->used; j++)
+      row[j] = (row[j] + w[0] * a[j]) + w[1] * b[j];
+  if (i - first == 3)
+    for (int64_t j = first; j < s->used; j++)
+      row[j] = ((row[j] + w[0] * a[j]) + w[1] * b[j]) + w[2] * c[j];
+  for (int64_t k = 0; k < i - first; k++)
+    row[first + k] = w[k];
+}
+
+/* Takes the largest entry that is left in row i as its pivot. */
+static bool take_pivot(const square *s, int64_t i, int32_t *columns) {
+  double *row = s->matrix + i * s->width, most = fabs(row[i]);
+  int64_t best = i;
+  for (int64_t j = i + 1; j < s->n; j++)
+    if (fabs(row[j]) > most) {
+      most = fabs(row[j]);
+      best = j;
+    }
+  columns[i] = (int32_t)best;
+  for (int64_t k = 0; k < s->n && best != i; k++) {
+    double *other = s->matrix + k * s->width;
+    const double kept = other[i];
+    other[i] = other[best];
+    other[best] = kept;
+  }
+  if (row[i] == 0 || !isfinite(row[i]))
+    return false;
+  row[i] = 1 / row[i];
+  return true;
+}
+
+/* Minus the inverse of the triangle of four rows that are done. */
+static void invert(const square *s, int64_t first) {
+  for (int64_t j = 0; j < FOUR; j++)
+    for (int64_t i = FOUR - 1; i >= 0; i--) {
+      const double *row = s->matrix + (first + i) * s->width + first;
+      double sum = i == j ? -1 : 0;
+      for (int64_t k = i + 1; k <= j; k++)
+        sum -= row[k] * behind(s, first + k)[j];
+      behind(s, first + i)[j] = i > j ? 0 : sum * row[i];
+    }
+}
+
+static bool factor(const square *s, int64_t columns_used, int32_t *columns) {
+  for (int64_t i = 0; i < s->n; i++)
+    for (int64_t j = columns_used; j < s->used; j++)
+      s->matrix[i * s->width + j] = 0;
+  for (int64_t first = 0; first < s->n; first += FOUR) {
+    const int64_t last = first + FOUR < s->n ? first + FOUR : s->n;
+    reduce(s, first, last - first);
+    for (int64_t i = first; i < last; i++) {
+      reduce_within(s, first, i);
+      if (!take_pivot(s, i, columns))
+        return false;
+    }
+    if (last == first + FOUR)
+      invert(s, first);
   }
   return true;
 }
 
+bool thrum_square_factor(double *matrix, int64_t n, int32_t *columns) {
+  const square s = square_of(matrix, n, 0);
+  return factor(&s, n, columns);
+}
+
 int thrum_square_sign(const double *factors, int64_t n, const int32_t *columns) {
+  const int64_t width = thrum_square_width(n, 0);
   int sign = 1;
   for (int64_t i = 0; i < n; i++)
-    if ((factors[i * n + i] < 0) != (columns[i] != i))
+    if ((factors[i * width + i] < 0) != (columns[i] != i))
       sign = -sign;
   return sign;
 }
 
-/* y (count) += sign times the sum of `rows` rows of x times their weights. */
-WIDE static void add_rows(int64_t rows, int64_t count, double sign, const double *weights,
-                          const double *x, double *restrict y) {
-  int64_t j = 0;
-  for (; j + 4 <= rows; j += 4) {
-    const double *a = x + j * count, *b = a + count, *c = b + count, *d = c + count;
-    const double wa = sign * weights[j], wb = sign * weights[j + 1], wc = sign * weights[j + 2],
-                 wd = sign * weights[j + 3];
-    for (int64_t k = 0; k < count; k++)
-      y[k] = (((y[k] + wa * a[k]) + wb * b[k]) + wc * c[k]) + wd * d[k];
-  }
-  for (; j < rows; j++)
-    for (int64_t k = 0; k < count; k++)
-      y[k] += sign * weights[j] * x[j * count + k];
-}
+void thrum_square_solve(const double *factors, int64_t n, const int32_t *columns, double *x) {
+  const int64_t width = thrum_square_width(n, 0);
 
-/* The same for one column, where the sum is in lanes. */
-static void add_weighted(int64_t rows, int64_t count, double sign, const double *weights,
-                         const double *x, double *y) {
-  double sum = 0;
-  if (count > 1) {
-    add_rows(rows, count, sign, weights, x, y);
-    return;
-  }
-  thrum_matrix_product(1, rows, weights, x, &sum);
-  *y += sign * sum;
-}
-
-void thrum_square_solve(const double *factors, int64_t n, const int32_t *columns, int64_t count,
-                        double *x) {
   // forward with L, whose diagonal is 1 and of which -L is stored
   for (int64_t i = 1; i < n; i++)
-    add_weighted(i, count, 1, factors + i * n, x, x + i * count);
+    thrum_matrix_product(1, i, factors + i * width, x, x + i);
 
   // backward with U
   for (int64_t i = n - 1; i >= 0; i--) {
-    const double *row = factors + i * n;
-    double *own = x + i * count;
-    add_weighted(n - 1 - i, count, -1, row + i + 1, x + (i + 1) * count, own);
-    for (int64_t c = 0; c < count; c++)
-      own[c] /= row[i];
+    const double *row = factors + i * width;
+    double sum = 0;
+    thrum_matrix_product(1, n - 1 - i, row + i + 1, x + i + 1, &sum);
+    x[i] = (x[i] - sum) * row[i];
   }
 
   // the unknowns return to the order of their columns
   for (int64_t i = n - 1; i >= 0; i--)
-    for (int64_t c = 0; c < count && columns[i] != i; c++) {
-      const double kept = x[i * count + c];
-      x[i * count + c] = x[columns[i] * count + c];
-      x[columns[i] * count + c] = kept;
+    if (columns[i] != i) {
+      const double kept = x[i];
+      x[i] = x[columns[i]];
+      x[columns[i]] = kept;
     }
 }
 
-/* a += weight b, from a multiple of eight to another. */
-static inline void add_row(int64_t from, int64_t to, double weight, const double *restrict b,
-                           double *restrict a) {
-  for (int64_t block = from; block < to; block += 8)
-    for (int64_t k = block; k < block + 8; k++)
-      a[k] += weight * b[k];
-}
+/* Backward with U, of the rows first .. last - 1, where those below are solutions. */
+WIDE static void substitute(const square *s, int64_t first, int64_t last) {
+  for (int64_t k = last; k < s->n; k += FOUR) {
+    const int64_t left = s->n - k < FOUR ? s->n - k : FOUR;
+    double w[FOUR * FOUR];
+    for (int64_t i = first; i < last; i++)
+      for (int64_t j = 0; j < FOUR; j++)
+        w[FOUR * (i - first) + j] = j < left ? -s->matrix[i * s->width + k + j] : 0;
+    if (left == FOUR) {
+      add_rows(s, k, s->n, w, first, last - first);
+      continue;
+    }
+    for (int64_t i = first; i < last; i++)
+      for (int64_t j = 0; j < left; j++) {
+        const double *below = s->matrix + (k + j) * s->width;
+        double *restrict row = s->matrix + i * s->width;
+        for (int64_t c = s->n; c < s->used; c++)
+          row[c] += w[FOUR * (i - first) + j] * below[c];
+      }
+  }
 
-static inline void swap_rows(int64_t width, double *restrict a, double *restrict b) {
-  for (int64_t k = 0; k < width; k++) {
-    const double kept = a[k];
-    a[k] = b[k];
-    b[k] = kept;
+  // within the four
+  for (int64_t i = last - 1; i >= first; i--) {
+    double *restrict row = s->matrix + i * s->width;
+    for (int64_t k = i + 1; k < last; k++) {
+      const double *below = s->matrix + k * s->width;
+      for (int64_t c = s->n; c < s->used; c++)
+        row[c] -= row[k] * below[c];
+    }
+    for (int64_t c = s->n; c < s->used; c++)
+      row[c] *= row[i];
   }
 }
 
-/* Elimination by rows, with the largest entry of a column as its pivot, and back. Rows are added in
- * eights, which touches entries before the pivot that are not read again. */
-WIDE static bool eliminate(double *system, int64_t n, int64_t width) {
-  for (int64_t k = 0; k < n; k++) {
-    int64_t best = k;
-    for (int64_t i = k + 1; i < n; i++)
-      if (fabs(system[i * width + k]) > fabs(system[best * width + k]))
-        best = i;
-    double *row = system + k * width;
-    if (best != k)
-      swap_rows(width, row, system + best * width);
-    if (row[k] == 0 || !isfinite(row[k]))
-      return false;
-    const double inverse = 1 / row[k];
-    for (int64_t i = k + 1; i < n; i++)
-      add_row(k / 8 * 8, width, -system[i * width + k] * inverse, row, system + i * width);
-  }
+bool thrum_square_eliminate(double *system, int64_t n, int64_t count, int32_t *columns) {
+  const square s = square_of(system, n, count);
+  if (!factor(&s, n + count, columns))
+    return false;
+  const int64_t end = (n + FOUR - 1) / FOUR * FOUR;
+  for (int64_t first = end - FOUR; first >= 0; first -= FOUR)
+    substitute(&s, first, first + FOUR < n ? first + FOUR : n);
 
-  // the right-hand sides begin in the block of the last columns at most
-  const int64_t from = n / 8 * 8;
-  for (int64_t k = n - 1; k >= 0; k--) {
-    double *row = system + k * width;
-    const double inverse = 1 / row[k];
-    for (int64_t c = n; c < width; c++)
-      row[c] *= inverse;
-    for (int64_t i = 0; i < k; i++)
-      add_row(from, width, -system[i * width + k], row, system + i * width);
-  }
+  // as of one right-hand side
+  for (int64_t i = n - 1; i >= 0; i--)
+    for (int64_t c = n; c < n + count && columns[i] != i; c++) {
+      double *one = system + i * s.width + c, *other = system + columns[i] * s.width + c;
+      const double kept = *one;
+      *one = *other;
+      *other = kept;
+    }
   return true;
-}
-
-bool thrum_square_eliminate(double *system, int64_t n, int64_t count) {
-  return eliminate(system, n, thrum_square_width(n, count));
 }

@@ -122,6 +122,60 @@ static thrum_status see_targets(response_curve *c, const load_target *targets, t
   return status;
 }
 
+/* What follows is a square of what moves: c->follow has what units and pairs of units make of it.
+ */
+static thrum_status find_following(response_curve *c, thrum_error *error) {
+  const int64_t moving = c->stepped->rank, rank = c->shape->rank, following = rank - moving;
+  if (c->shape == c->stepped)
+    return THRUM_OK;
+  c->pairs = moving * (moving + 1) / 2;
+  THRUM_TRY(
+      thrum_reserve(&c->follow, c->pairs * following, sizeof *c->follow, "what follows", error));
+  double *row = c->follow;
+  for (int64_t i = 0; i < moving; i++)
+    for (int64_t j = i; j < moving; j++, row += following) {
+      double x[THRUM_RANK_MAX] = {0}, q[THRUM_RANK_MAX];
+      x[i] = x[j] = 1;
+      thrum_condensed_shape(c->stepped, x, NULL, q);
+      memcpy(row, q + moving, (size_t)following * sizeof *row);
+
+      // without the squares of both
+      for (int64_t unit = i; i != j && unit <= j; unit += j - i) {
+        memset(x, 0, sizeof x);
+        x[unit] = 1;
+        thrum_condensed_shape(c->stepped, x, NULL, q);
+        for (int64_t h = 0; h < following; h++)
+          row[h] -= q[moving + h];
+      }
+    }
+  return THRUM_OK;
+}
+
+/* Numbers of a line of c->sight. */
+static int64_t sight_of(const response_curve *c) {
+  return c->stepped->rank + c->pairs + 3;
+}
+
+/* What is seen of each coordinate that moves, of each pair and of the parts of the load. */
+static thrum_status find_sight(response_curve *c, thrum_error *error) {
+  const int64_t moving = c->stepped->rank, rank = c->shape->rank, following = rank - moving;
+  const int64_t width = sight_of(c);
+  THRUM_TRY(thrum_reserve(&c->sight, 3 * c->target_count * width, sizeof *c->sight, "the targets",
+                          error));
+  for (int64_t line = 0; line < 3 * c->target_count; line++) {
+    const double *seen = c->seen + line * rank;
+    double *sight = c->sight + line * width;
+    memcpy(sight, seen, (size_t)moving * sizeof *sight);
+    for (int64_t n = 0; n < c->pairs; n++)
+      for (int64_t h = 0; h < following; h++)
+        sight[moving + n] += seen[moving + h] * c->follow[n * following + h];
+    for (int part = 0; part < 3; part++)
+      for (int64_t h = moving; h < rank; h++)
+        sight[moving + c->pairs + part] += seen[h] * c->loads[part][h] / c->shape->omega2[h];
+  }
+  return THRUM_OK;
+}
+
 static thrum_status choose_targets(response_curve *c, thrum_error *error) {
   const response_request *request = c->request;
   c->at = request->at;
@@ -183,6 +237,8 @@ thrum_status response_curve_open(const response_request *request, const thrum_mo
   THRUM_TRY(make_model(curve, error));
   THRUM_TRY(choose_targets(curve, error));
   THRUM_TRY(make_loads(curve, error));
+  THRUM_TRY(find_following(curve, error));
+  THRUM_TRY(find_sight(curve, error));
   THRUM_TRY(
       thrum_reserve(&curve->rates, curve->shape->rank, sizeof *curve->rates, "the damping", error));
   damping_spec_rates(&request->damping, curve->shape->omega2, curve->shape->rank,
@@ -217,6 +273,8 @@ void response_curve_close(response_curve *curve) {
   free(curve->rates);
   free(curve->loads[0]);
   free(curve->seen);
+  free(curve->follow);
+  free(curve->sight);
   free(curve->waves);
   *curve = (response_curve){0};
 }
@@ -286,25 +344,48 @@ static thrum_status make_waves(response_curve *c, thrum_error *error) {
       c->waves[s * width + 2 * k] = cos(THRUM_TWO_PI * share);
       c->waves[s * width + 2 * k + 1] = sin(THRUM_TWO_PI * share);
     }
-  c->shapes = c->waves + (n + phases) * width;
-  c->series = c->shapes + c->shape->rank * width;
+  c->series = c->waves + (n + phases) * width;
+  c->moving = c->series + 3 * c->target_count * width;
   return THRUM_OK;
 }
 
-/* The coordinates of the shape at a sample. */
-static void shape_at(const response_curve *c, const double *coefficients, const double *wave,
-                     double *q) {
+/* The coordinates that move at a sample, and their products. */
+static void moving_at(const response_curve *c, const double *coefficients, const double *wave,
+                      double *x) {
   const int64_t r = c->stepped->rank, h = c->harmonics;
-  double x[THRUM_RANK_MAX], load[THRUM_RANK_MAX];
   memcpy(x, coefficients, (size_t)r * sizeof *x);
   for (int64_t k = 1; k <= h; k++)
     for (int64_t i = 0; i < r; i++)
       x[i] +=
           wave[2 * k] * coefficients[k * r + i] + wave[2 * k + 1] * coefficients[(h + k) * r + i];
+  double *product = x + r;
+  for (int64_t i = 0; i < r && c->pairs > 0; i++)
+    for (int64_t j = i; j < r; j++)
+      *product++ = x[i] * x[j];
+}
+
+/* The parts of the load at a sample. */
+static void load_at(const response_curve *c, const double *wave, double parts[3]) {
   const double *swing = wave + 2 * c->request->periods;
-  for (int64_t i = 0; i < c->shape->rank; i++)
-    load[i] = c->loads[0][i] + swing[0] * c->loads[1][i] + swing[1] * c->loads[2][i];
-  thrum_condensed_shape(c->stepped, x, load, q);
+  parts[0] = 1;
+  parts[1] = swing[0];
+  parts[2] = swing[1];
+}
+
+/* The coordinates of the shape at a sample, where x has what moves and its products. */
+static void shape_at(const response_curve *c, const double *x, const double *wave, double *q) {
+  const int64_t r = c->stepped->rank, rank = c->shape->rank;
+  double parts[3];
+  load_at(c, wave, parts);
+  memcpy(q, x, (size_t)r * sizeof *q);
+  for (int64_t i = r; i < rank; i++) {
+    q[i] = 0;
+    for (int part = 0; part < 3; part++)
+      q[i] += parts[part] * c->loads[part][i] / c->shape->omega2[i];
+  }
+  for (int64_t n = 0; n < c->pairs; n++)
+    for (int64_t h = 0; h < rank - r; h++)
+      q[r + h] += x[r + n] * c->follow[n * (rank - r) + h];
 }
 
 /* The largest length of a displacement over a period, of the series of x, y and z. */
@@ -325,35 +406,24 @@ static double longest(const response_curve *c, const double *series) {
   return sqrt(most);
 }
 
-/* c->shapes = the series of all coordinates. They are quadratic in those that move, so their 2 H
- * harmonics are all. */
-static void find_shapes(const response_curve *c, const double *coefficients) {
-  const int64_t n = samples_of(c), width = wave_width(c), rank = c->shape->rank;
-  double q[THRUM_RANK_MAX];
-  memset(c->shapes, 0, (size_t)(width * rank) * sizeof *c->shapes);
+/* What is seen at the targets: the largest displacement over a period, and its harmonics. It is
+ * quadratic in what moves, so 2 H harmonics are all. */
+static void see(response_curve *c, const thrum_response_point *point) {
+  const int64_t h = c->harmonics, n = samples_of(c), width = wave_width(c), numbers = sight_of(c);
+  const int64_t seen = 3 * c->target_count;
+  memset(c->series, 0, (size_t)(seen * width) * sizeof *c->series);
   for (int64_t s = 0; s < n; s++) {
     const double *wave = c->waves + s * width;
-    shape_at(c, coefficients, wave, q);
-    for (int64_t e = 0; e < width; e++) {
-      const double share = (e < 2 ? 1 : 2) * wave[e] / (double)n;
-      for (int64_t i = 0; i < rank; i++)
-        c->shapes[e * rank + i] += share * q[i];
+    moving_at(c, point->coefficients, wave, c->moving);
+    load_at(c, wave, c->moving + numbers - 3);
+    for (int64_t line = 0; line < seen; line++) {
+      double u = 0;
+      for (int64_t i = 0; i < numbers; i++)
+        u += c->sight[line * numbers + i] * c->moving[i];
+      for (int64_t e = 0; e < width; e++)
+        c->series[line * width + e] += (e < 2 ? 1 : 2) * u * wave[e] / (double)n;
     }
   }
-}
-
-/* What is seen at the targets: the largest displacement over a period, and its harmonics. */
-static void see(response_curve *c, const thrum_response_point *point) {
-  const int64_t h = c->harmonics, width = wave_width(c), rank = c->shape->rank;
-  const int64_t seen = 3 * c->target_count;
-  find_shapes(c, point->coefficients);
-  for (int64_t line = 0; line < seen; line++)
-    for (int64_t e = 0; e < width; e++) {
-      double u = 0;
-      for (int64_t i = 0; i < rank; i++)
-        u += c->seen[line * rank + i] * c->shapes[e * rank + i];
-      c->series[line * width + e] = u;
-    }
 
   // the harmonics of the motion, mean, cosines and sines
   double *harmonic = c->harmonic + c->count * harmonics_of(c);
@@ -394,13 +464,19 @@ double response_curve_amplitude(const response_curve *curve, int64_t row, int64_
 }
 
 void response_curve_shape(const response_curve *curve, int64_t row, double *out) {
-  const int64_t rank = curve->shape->rank, most = 2 * curve->harmonics;
-  const size_t bytes = (size_t)rank * sizeof *out;
-  find_shapes(curve, curve->coefficients + row * coefficients_of(curve));
-  memcpy(out, curve->shapes, bytes);
-  for (int64_t k = 1; k <= most; k++) {
-    memcpy(out + k * rank, curve->shapes + 2 * k * rank, bytes);
-    memcpy(out + (most + k) * rank, curve->shapes + (2 * k + 1) * rank, bytes);
+  const int64_t rank = curve->shape->rank, n = samples_of(curve), most = 2 * curve->harmonics;
+  double q[THRUM_RANK_MAX];
+  memset(out, 0, (size_t)((2 * most + 1) * rank) * sizeof *out);
+  for (int64_t s = 0; s < n; s++) {
+    const double *wave = curve->waves + s * wave_width(curve);
+    moving_at(curve, curve->coefficients + row * coefficients_of(curve), wave, curve->moving);
+    shape_at(curve, curve->moving, wave, q);
+    for (int64_t block = 0; block <= 2 * most; block++) {
+      const int64_t k = block <= most ? block : block - most;
+      const double share = (k > 0 ? 2 : 1) * wave[2 * k + (block > most)] / (double)n;
+      for (int64_t i = 0; i < rank; i++)
+        out[block * rank + i] += share * q[i];
+    }
   }
 }
 

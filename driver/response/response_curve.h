@@ -23,9 +23,12 @@ typedef struct response_curve {
   double *loads[3];      /* mean, cosine and sine, rank of the shape each */
   double from, to;       /* [Hz] */
   double *seen;          /* targets x 3 x rank of the shape: displacement by coordinate */
+  int64_t pairs;         /* i <= j of the coordinates that move; 0: none follow */
+  double *follow;        /* pairs x those that follow: what each has of x_i x_j */
+  double *sight;         /* targets x 3 x (moving + pairs + 3): displacement by both and the load */
   double *waves;         /* cosines and sines at the samples of a period */
-  double *shapes;        /* behind them, 2 (2 H + 1) x rank of the shape: its series in a motion */
-  double *series;        /* and targets x 3 x 2 (2 H + 1): that of what is seen of it */
+  double *series;        /* behind them, targets x 3 x 2 (2 H + 1): of what is seen of a motion, */
+  double *moving;        /* and what moves at a sample, its products and the parts of the load */
   char vertex[40];       /* the target of a body whose targets are not named */
   const char *const *at; /* names of the targets */
   int64_t target_count;
