@@ -142,6 +142,88 @@ THRUM_API thrum_status thrum_crowd_get(thrum_crowd *crowd, double *q, double *p,
 THRUM_API thrum_status thrum_crowd_energies(thrum_crowd *crowd, double *kinetic, double *strain,
                                             thrum_error *error);
 
+/* --- a whole mesh -----------------------------------------------------------------------------
+ *
+ * The body of a model's mesh, unreduced: its tetrahedra of four nodes, or of ten with straight
+ * edges, with the consistent mass. Each step is solved by Newton, each of its corrections by
+ * conjugate gradients that never store the tangent stiffness. */
+
+typedef struct thrum_mesh_body thrum_mesh_body;
+
+typedef enum thrum_mesh_scheme {
+  THRUM_MESH_MIDPOINT = 0,      /* implicit midpoint rule, of order 2 */
+  THRUM_MESH_IMPLICIT_EULER = 1 /* of order 1: it damps, fast modes above all */
+} thrum_mesh_scheme;
+
+typedef enum thrum_mesh_law {
+  THRUM_MESH_STVK = 0,       /* Saint Venant-Kirchhoff */
+  THRUM_MESH_NEO_HOOKEAN = 1 /* stable neo-Hookean: Smith, De Goes & Kim 2018 */
+} thrum_mesh_law;
+
+typedef struct thrum_mesh_body_def {
+  uint32_t cookie;           /* sizeof(thrum_mesh_body_def), from thrum_mesh_body_def_init */
+  thrum_mesh_scheme scheme;  /* default midpoint */
+  thrum_mesh_law law;        /* of all tetrahedra; default Saint Venant-Kirchhoff */
+  int32_t iterations;        /* of Newton in a step at most, >= 1 [1]; default 12 */
+  double dt;                 /* time step [s], > 0; default 0.003 */
+  double damping;            /* mass-proportional [1/s], >= 0; default 0 */
+  double tolerance;          /* last correction of the increment, over the increment, with which a
+                                step is solved, > 0 [1]; default 1e-8 */
+  double solver_tolerance;   /* residual at which conjugate gradients end, relative, in (0, 1) [1];
+                                default 1e-6 */
+  int32_t solver_iterations; /* of conjugate gradients at most, >= 1 [1]; default 2000 */
+  int32_t reserved;          /* 0 */
+} thrum_mesh_body_def;
+
+/* As thrum_accelerator_def_init. */
+THRUM_API void thrum_mesh_body_def_init(thrum_mesh_body_def *def, size_t size);
+
+/* The same as a value. */
+static inline thrum_mesh_body_def thrum_default_mesh_body_def(void) {
+  thrum_mesh_body_def def;
+  thrum_mesh_body_def_init(&def, sizeof def);
+  return def;
+}
+
+/* Counts since the body was made. */
+typedef struct thrum_mesh_body_report {
+  int64_t steps, iterations, solver_iterations; /* of Newton, of conjugate gradients */
+} thrum_mesh_body_report;
+
+/* Makes the body at rest; the caller owns it. The model need not stay. THRUM_UNINITIALISED_DEF,
+ * THRUM_INVALID_ARGUMENT with the member of the def, THRUM_MISSING for a model without a mesh,
+ * THRUM_UNSUPPORTED for elements, springs, actuators or materials that a device does not step,
+ * THRUM_OUT_OF_MEMORY. */
+THRUM_API thrum_status thrum_mesh_body_create(thrum_accelerator *accelerator,
+                                              const thrum_model *model,
+                                              const thrum_mesh_body_def *def,
+                                              thrum_mesh_body **body, thrum_error *error);
+THRUM_API void thrum_mesh_body_destroy(thrum_mesh_body *body); /* NULL does nothing */
+
+/* Displacements [m] and velocities [m/s], 3 vertex_count each; NULL: zero. Held components are
+ * taken as zero. THRUM_BAD_VALUE for a number that is not finite, or out of range: nothing is set.
+ */
+THRUM_API thrum_status thrum_mesh_body_set(thrum_mesh_body *body, const double *u, const double *v,
+                                           thrum_error *error);
+
+/* Forces of the steps to come [N], 3 vertex_count; NULL: none. */
+THRUM_API thrum_status thrum_mesh_body_set_forces(thrum_mesh_body *body, const double *forces,
+                                                  thrum_error *error);
+
+/* Makes `steps` steps (>= 0). THRUM_NOT_CONVERGED where one is not solved, with what to do: the
+ * body then stays at the end of the step before. */
+THRUM_API thrum_status thrum_mesh_body_step(thrum_mesh_body *body, int64_t steps,
+                                            thrum_error *error);
+
+/* Writes u and v, 3 vertex_count each; either may be NULL. */
+THRUM_API thrum_status thrum_mesh_body_get(thrum_mesh_body *body, double *u, double *v,
+                                           thrum_error *error);
+
+/* What it has done, into *report. THRUM_INVALID_ARGUMENT for NULL. */
+THRUM_API thrum_status thrum_mesh_body_get_report(const thrum_mesh_body *body,
+                                                  thrum_mesh_body_report *report,
+                                                  thrum_error *error);
+
 #ifdef __cplusplus
 }
 #endif

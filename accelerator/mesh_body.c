@@ -1,0 +1,510 @@
+/* The whole mesh of a model on a device (thrum/accelerator.h).
+ *
+ * A step is solved for its increment d = u' - u. With a and b by the scheme,
+ *
+ *   midpoint        0 = f - R(u + d/2) - M (a d - b v),  a = 2/h^2 + alpha/h,  b = 2/h,  v' = 2 d/h
+ * - v implicit Euler  0 = f - R(u + d) - M (a d - b v),    a = 1/h^2 + alpha/h,  b = 1/h,  v' = d/h
+ *
+ * by Newton: (a M + share K) c = r, d := d + c, K the tangent there and share 1/2 or 1. Conjugate
+ * gradients take K times a vector tetrahedron by tetrahedron, and scale by the diagonal of
+ * a M + share K at rest. Sums over all vertices go by SUMS partial sums in a fixed order.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "accelerator/device.h"
+#include "accelerator/mesh_elements.h"
+#include "core/base/def.h"
+#include "thrum/actuation.h"
+
+#define SUMS 1024     /* partial sums, as many as a large device adds up at a time */
+#define LOOK_EVERY 16 /* iterations of conjugate gradients between two looks at how far they are   \
+                       */
+#define NUMBERS 8     /* that conjugate gradients keep, see mesh_body.cl */
+
+static const char source[] = {
+#include "mesh_body_program.inc"
+};
+
+/* X(name): the passes, by their names in mesh_body.cl. */
+#define PASSES(X)                                                                                  \
+  X(elements)                                                                                      \
+  X(residual)                                                                                      \
+  X(apply)                                                                                         \
+  X(blend)                                                                                         \
+  X(scale) X(hold) X(partial_sums) X(first_direction) X(first_numbers) X(step_length) X(go)        \
+      X(next_numbers) X(next_direction)
+
+/* X(name): the arrays of the mesh, and those of a step. */
+#define MESH_ARRAYS(X)                                                                             \
+  X(node)                                                                                          \
+  X(gradients)                                                                                     \
+  X(volume) X(moduli) X(slopes) X(shares) X(around_ends) X(around) X(mass_ends) X(mass_columns)    \
+      X(mass) X(fixed) X(diagonal)
+#define FIELDS(X) X(u) X(v) X(load) X(d) X(place) X(r) X(z) X(p) X(product) X(correction)
+
+struct thrum_mesh_body {
+  thrum_accelerator *accelerator;
+  thrum_mesh_body_def def;
+  thrum_mesh_body_report report;
+  int64_t vertices, tets;
+  double a, b, share; /* of the scheme */
+  opencl_program program;
+#define X(name) opencl_kernel pass_##name;
+  PASSES(X)
+#undef X
+#define X(name) opencl_buffer name;
+  MESH_ARRAYS(X)
+  FIELDS(X)
+#undef X
+  opencl_buffer forces, sums, numbers;
+  void *staging; /* 3 x vertices numbers of the device's precision */
+  double *field; /* as many */
+};
+
+void thrum_mesh_body_def_init(thrum_mesh_body_def *def, size_t size) {
+  const thrum_mesh_body_def defaults = {.cookie = sizeof(thrum_mesh_body_def),
+                                        .iterations = 12,
+                                        .dt = 0.003,
+                                        .tolerance = 1e-8,
+                                        .solver_tolerance = 1e-6,
+                                        .solver_iterations = 2000};
+  thrum_def_fill(def, size, &defaults, sizeof defaults);
+}
+
+/* --- what is asked for ------------------------------------------------------------------------ */
+
+static thrum_status refuse(thrum_error *error, const char *field, const char *what) {
+  thrum_error_set(error, THRUM_INVALID_ARGUMENT, "%s %s", field, what);
+  if (error)
+    error->field = field;
+  return THRUM_INVALID_ARGUMENT;
+}
+
+static thrum_status check_def(const thrum_mesh_body_def *def, thrum_error *error) {
+  if (def->scheme != THRUM_MESH_MIDPOINT && def->scheme != THRUM_MESH_IMPLICIT_EULER)
+    return refuse(error, "scheme", "is neither midpoint nor implicit Euler");
+  if (def->law != THRUM_MESH_STVK && def->law != THRUM_MESH_NEO_HOOKEAN)
+    return refuse(error, "law", "is neither Saint Venant-Kirchhoff nor neo-Hookean");
+  if (!(def->dt > 0) || !isfinite(def->dt))
+    return refuse(error, "dt", "is not above 0 and finite");
+  if (!(def->damping >= 0) || !isfinite(def->damping))
+    return refuse(error, "damping", "is not 0 or more and finite");
+  if (!(def->tolerance > 0) || !isfinite(def->tolerance))
+    return refuse(error, "tolerance", "is not above 0 and finite");
+  if (!(def->solver_tolerance > 0) || !(def->solver_tolerance < 1))
+    return refuse(error, "solver_tolerance", "is not between 0 and 1");
+  if (def->iterations < 1)
+    return refuse(error, "iterations", "is below 1");
+  if (def->solver_iterations < 1)
+    return refuse(error, "solver_iterations", "is below 1");
+  return def->reserved == 0 ? THRUM_OK : refuse(error, "reserved", "is not 0");
+}
+
+/* --- numbers of the device -------------------------------------------------------------------- */
+
+// a buffer with these numbers in the precision of the device
+static thrum_status send_reals(const thrum_accelerator *a, const double *from, int64_t count,
+                               opencl_buffer *buffer, thrum_error *error) {
+  if (!a->info.single)
+    return device_buffer(a, (size_t)count * sizeof *from, from, buffer, error);
+  float *const narrow = malloc((size_t)count * sizeof *narrow);
+  if (!narrow)
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the numbers of a mesh");
+  for (int64_t i = 0; i < count; i++)
+    narrow[i] = (float)from[i];
+  const thrum_status status =
+      device_buffer(a, (size_t)count * sizeof *narrow, narrow, buffer, error);
+  free(narrow);
+  return status;
+}
+
+// a field of the caller's into an array of the device
+static thrum_status send_field(thrum_mesh_body *body, const char *name, const double *from,
+                               opencl_buffer buffer, thrum_error *error) {
+  const int64_t count = 3 * body->vertices;
+  const bool single = body->accelerator->info.single;
+  const double most = single ? 1e30 : 1e300;
+  for (int64_t i = 0; i < count; i++) {
+    const double value = from ? from[i] : 0;
+    if (!(fabs(value) <= most))
+      return thrum_error_set(error, THRUM_BAD_VALUE,
+                             "%s of vertex %lld is %g: it is not finite or beyond %g", name,
+                             (long long)(i / 3), value, most);
+    if (single)
+      ((float *)body->staging)[i] = (float)value;
+    else
+      ((double *)body->staging)[i] = value;
+  }
+  return device_write(body->accelerator, buffer, body->staging,
+                      (size_t)count * device_real(body->accelerator), error);
+}
+
+static thrum_status get_field(thrum_mesh_body *body, opencl_buffer buffer, double *to,
+                              thrum_error *error) {
+  const int64_t count = 3 * body->vertices;
+  THRUM_TRY(device_read(body->accelerator, buffer, body->staging,
+                        (size_t)count * device_real(body->accelerator), error));
+  for (int64_t i = 0; i < count; i++)
+    to[i] = body->accelerator->info.single ? (double)((const float *)body->staging)[i]
+                                           : ((const double *)body->staging)[i];
+  return THRUM_OK;
+}
+
+/* --- a body's life ---------------------------------------------------------------------------- */
+
+static thrum_status send_mesh(thrum_mesh_body *body, const thrum_model *model,
+                              const mesh_elements *m, thrum_error *error) {
+  const thrum_accelerator *a = body->accelerator;
+  const int64_t all = m->tets * m->nodes, masses = m->mass_ends[m->vertices - 1];
+  const size_t index = sizeof(int32_t);
+  THRUM_TRY(device_buffer(a, (size_t)all * index, m->node, &body->node, error));
+  THRUM_TRY(device_buffer(a, (size_t)all * index, m->around, &body->around, error));
+  THRUM_TRY(
+      device_buffer(a, (size_t)m->vertices * index, m->around_ends, &body->around_ends, error));
+  THRUM_TRY(device_buffer(a, (size_t)m->vertices * index, m->mass_ends, &body->mass_ends, error));
+  THRUM_TRY(device_buffer(a, (size_t)masses * index, m->mass_columns, &body->mass_columns, error));
+  THRUM_TRY(send_reals(a, m->mass, masses, &body->mass, error));
+  THRUM_TRY(send_reals(a, m->gradients, 9 * m->tets, &body->gradients, error));
+  THRUM_TRY(send_reals(a, m->volume, m->tets, &body->volume, error));
+  THRUM_TRY(send_reals(a, m->moduli, 2 * m->tets, &body->moduli, error));
+  THRUM_TRY(send_reals(a, m->slopes, 3 * (int64_t)m->nodes * m->points, &body->slopes, error));
+  THRUM_TRY(send_reals(a, m->shares, m->points, &body->shares, error));
+
+  // what is held, and the diagonal by which conjugate gradients scale
+  uint8_t *const fixed = calloc((size_t)m->vertices, 1);
+  if (!fixed)
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the vertices of a mesh");
+  if (model->fixed)
+    memcpy(fixed, model->fixed, (size_t)m->vertices);
+  thrum_status status = device_buffer(a, (size_t)m->vertices, fixed, &body->fixed, error);
+  free(fixed);
+  if (status != THRUM_OK)
+    return status;
+  for (int64_t i = 0; i < 3 * m->vertices; i++) {
+    const double entry = body->a * m->diagonal_mass[i] + body->share * m->diagonal_stiffness[i];
+    body->field[i] = entry > 0 ? entry : 1; // a vertex that no tetrahedron has does not move
+  }
+  return send_reals(a, body->field, 3 * m->vertices, &body->diagonal, error);
+}
+
+static thrum_status make_fields(thrum_mesh_body *body, const mesh_elements *m, thrum_error *error) {
+  const thrum_accelerator *a = body->accelerator;
+  const size_t real = device_real(a), field = 3 * (size_t)body->vertices * real;
+#define X(name) THRUM_TRY(device_buffer(a, field, NULL, &body->name, error));
+  FIELDS(X)
+#undef X
+  THRUM_TRY(device_buffer(a, 3 * (size_t)(m->tets * m->nodes) * real, NULL, &body->forces, error));
+  THRUM_TRY(device_buffer(a, SUMS * real, NULL, &body->sums, error));
+  return device_buffer(a, NUMBERS * real, NULL, &body->numbers, error);
+}
+
+static thrum_status make_passes(thrum_mesh_body *body, const mesh_elements *m, thrum_error *error) {
+  const thrum_accelerator *a = body->accelerator;
+  char options[192];
+  int32_t code;
+  snprintf(options, sizeof options,
+           "-cl-std=CL1.2 %s -DTETS=%d -DNODES=%d -DPOINTS=%d -DLAW=%d -DSUMS=%d",
+           a->info.single ? "" : "-DWITH_DOUBLE", (int)m->tets, m->nodes, m->points,
+           (int)body->def.law, SUMS);
+  THRUM_TRY(device_program(a, source, sizeof source, options, &body->program, error));
+#define X(name)                                                                                    \
+  body->pass_##name = a->cl.clCreateKernel(body->program, #name, &code);                           \
+  if (!body->pass_##name)                                                                          \
+    return device_failure(code, "the pass " #name " is made", error);
+  PASSES(X)
+#undef X
+  return THRUM_OK;
+}
+
+static thrum_status make_body(thrum_mesh_body *body, const thrum_model *model, thrum_error *error) {
+  const double h = body->def.dt;
+  const bool middle = body->def.scheme == THRUM_MESH_MIDPOINT;
+  body->share = middle ? 0.5 : 1;
+  body->b = (middle ? 2 : 1) / h;
+  body->a = body->b / h + body->def.damping / h;
+  body->vertices = model->vertex_count;
+  body->tets = model->tet_count;
+  body->staging = malloc(3 * (size_t)body->vertices * sizeof(double));
+  body->field = malloc(3 * (size_t)body->vertices * sizeof *body->field);
+  if (!body->staging || !body->field)
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for %lld vertices",
+                           (long long)body->vertices);
+  mesh_elements mesh = {0};
+  THRUM_TRY(mesh_elements_make(model, &mesh, error));
+  thrum_status status = send_mesh(body, model, &mesh, error);
+  if (status == THRUM_OK)
+    status = make_fields(body, &mesh, error);
+  if (status == THRUM_OK)
+    status = make_passes(body, &mesh, error);
+  mesh_elements_free(&mesh);
+  if (status == THRUM_OK)
+    status = thrum_mesh_body_set_forces(body, NULL, error);
+  return status == THRUM_OK ? thrum_mesh_body_set(body, NULL, NULL, error) : status;
+}
+
+thrum_status thrum_mesh_body_create(thrum_accelerator *accelerator, const thrum_model *model,
+                                    const thrum_mesh_body_def *def, thrum_mesh_body **body,
+                                    thrum_error *error) {
+  if (!accelerator || !model || !body)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "the accelerator, the model or body is NULL");
+  thrum_mesh_body_def defaults = thrum_default_mesh_body_def();
+  def = thrum_def_whole(def, &defaults, sizeof defaults);
+  if (!def)
+    return thrum_error_set(error, THRUM_UNINITIALISED_DEF,
+                           "the def was not made by thrum_mesh_body_def_init");
+  THRUM_TRY(check_def(def, error));
+  if (thrum_model_actuators(model) > 0)
+    return thrum_error_set(error, THRUM_UNSUPPORTED,
+                           "a device has no actuators, and this model has some");
+
+  thrum_mesh_body *const made = calloc(1, sizeof *made);
+  if (!made)
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a body");
+  made->accelerator = accelerator;
+  made->def = *def;
+  const thrum_status status = make_body(made, model, error);
+  if (status != THRUM_OK) {
+    thrum_mesh_body_destroy(made);
+    return status;
+  }
+  *body = made;
+  return THRUM_OK;
+}
+
+void thrum_mesh_body_destroy(thrum_mesh_body *body) {
+  if (!body)
+    return;
+  const opencl_library *cl = &body->accelerator->cl;
+#define X(name) device_release(body->accelerator, &body->name);
+  MESH_ARRAYS(X)
+  FIELDS(X)
+  X(forces)
+  X(sums)
+  X(numbers)
+#undef X
+#define X(name)                                                                                    \
+  if (body->pass_##name)                                                                           \
+    cl->clReleaseKernel(body->pass_##name);
+  PASSES(X)
+#undef X
+  if (body->program)
+    cl->clReleaseProgram(body->program);
+  free(body->staging);
+  free(body->field);
+  free(body);
+}
+
+/* --- passes ----------------------------------------------------------------------------------- */
+
+#define A(x) DEVICE_ARGUMENT(x)
+
+// a real argument takes the precision of the device
+typedef struct real_argument {
+  double wide;
+  float narrow;
+} real_argument;
+
+static device_argument real_of(const thrum_mesh_body *body, real_argument *kept, double value) {
+  *kept = (real_argument){value, (float)value};
+  if (body->accelerator->info.single)
+    return (device_argument)A(kept->narrow);
+  return (device_argument)A(kept->wide);
+}
+
+static thrum_status run(const thrum_mesh_body *body, opencl_kernel kernel,
+                        const device_argument *arguments, uint32_t count, int64_t items,
+                        thrum_error *error) {
+  const size_t global[2] = {(size_t)items, 1};
+  return device_run(body->accelerator, kernel, arguments, count, global, NULL, error);
+}
+
+#define RUN(body, name, items, ...)                                                                \
+  run(body, (body)->pass_##name, (const device_argument[]){__VA_ARGS__},                           \
+      (uint32_t)(sizeof((const device_argument[]){__VA_ARGS__}) / sizeof(device_argument)), items, \
+      error)
+
+// R at `place`, or with `change` K x there, by tetrahedra
+static thrum_status elements(thrum_mesh_body *b, opencl_buffer x, int32_t change,
+                             thrum_error *error) {
+  return RUN(b, elements, b->tets, A(b->place), A(x), A(change), A(b->node), A(b->gradients),
+             A(b->volume), A(b->moduli), A(b->slopes), A(b->shares), A(b->forces));
+}
+
+static thrum_status blend(thrum_mesh_body *b, opencl_buffer x, opencl_buffer y, double share,
+                          opencl_buffer out, thrum_error *error) {
+  real_argument kept;
+  const device_argument by = real_of(b, &kept, share);
+  return RUN(b, blend, 3 * b->vertices, A(x), A(y), by, A(out));
+}
+
+static thrum_status scale(thrum_mesh_body *b, opencl_buffer x, double share, opencl_buffer out,
+                          thrum_error *error) {
+  real_argument kept;
+  const device_argument by = real_of(b, &kept, share);
+  return RUN(b, scale, 3 * b->vertices, A(x), by, A(out));
+}
+
+static thrum_status sums(thrum_mesh_body *b, opencl_buffer x, opencl_buffer y, thrum_error *error) {
+  const int32_t count = (int32_t)(3 * b->vertices);
+  return RUN(b, partial_sums, SUMS, A(x), A(y), A(count), A(b->sums));
+}
+
+// the same, for the host
+static thrum_status product_of(thrum_mesh_body *b, opencl_buffer x, opencl_buffer y,
+                               double *product, thrum_error *error) {
+  union {
+    double wide[SUMS];
+    float narrow[SUMS];
+  } parts;
+  THRUM_TRY(sums(b, x, y, error));
+  THRUM_TRY(
+      device_read(b->accelerator, b->sums, &parts, SUMS * device_real(b->accelerator), error));
+  *product = 0;
+  for (int i = 0; i < SUMS; i++)
+    *product += b->accelerator->info.single ? (double)parts.narrow[i] : parts.wide[i];
+  return THRUM_OK;
+}
+
+static thrum_status residual(thrum_mesh_body *b, thrum_error *error) {
+  real_argument kept_a, kept_b;
+  const device_argument by_a = real_of(b, &kept_a, b->a), by_b = real_of(b, &kept_b, b->b);
+  THRUM_TRY(blend(b, b->u, b->d, b->share, b->place, error));
+  THRUM_TRY(elements(b, b->d, 0, error));
+  return RUN(b, residual, b->vertices, A(b->forces), A(b->around_ends), A(b->around),
+             A(b->mass_ends), A(b->mass_columns), A(b->mass), A(b->fixed), A(b->load), A(b->d),
+             A(b->v), by_a, by_b, A(b->r));
+}
+
+/* --- conjugate gradients ---------------------------------------------------------------------- */
+
+// one iteration, which does nothing once they have ended
+static thrum_status iterate(thrum_mesh_body *b, thrum_error *error) {
+  const int64_t n = 3 * b->vertices;
+  real_argument kept_a, kept_b, kept;
+  const device_argument by_a = real_of(b, &kept_a, b->a), by_b = real_of(b, &kept_b, b->share);
+  const device_argument tolerance = real_of(b, &kept, b->def.solver_tolerance);
+  THRUM_TRY(elements(b, b->p, 1, error));
+  THRUM_TRY(RUN(b, apply, b->vertices, A(b->forces), A(b->around_ends), A(b->around),
+                A(b->mass_ends), A(b->mass_columns), A(b->mass), A(b->fixed), A(b->p), by_a, by_b,
+                A(b->product)));
+  THRUM_TRY(sums(b, b->p, b->product, error));
+  THRUM_TRY(RUN(b, step_length, 1, A(b->sums), A(b->numbers)));
+  THRUM_TRY(RUN(b, go, n, A(b->p), A(b->product), A(b->diagonal), A(b->numbers), A(b->correction),
+                A(b->r), A(b->z)));
+  THRUM_TRY(sums(b, b->r, b->z, error));
+  THRUM_TRY(RUN(b, next_numbers, 1, A(b->sums), tolerance, A(b->numbers)));
+  return RUN(b, next_direction, n, A(b->z), A(b->numbers), A(b->p));
+}
+
+static thrum_status read_numbers(thrum_mesh_body *b, double numbers[NUMBERS], thrum_error *error) {
+  float narrow[NUMBERS];
+  if (!b->accelerator->info.single)
+    return device_read(b->accelerator, b->numbers, numbers, NUMBERS * sizeof *numbers, error);
+  THRUM_TRY(device_read(b->accelerator, b->numbers, narrow, sizeof narrow, error));
+  for (int i = 0; i < NUMBERS; i++)
+    numbers[i] = (double)narrow[i];
+  return THRUM_OK;
+}
+
+// the correction for the residual r
+static thrum_status solve(thrum_mesh_body *b, thrum_error *error) {
+  const int64_t n = 3 * b->vertices;
+  double numbers[NUMBERS] = {0};
+  THRUM_TRY(
+      RUN(b, first_direction, n, A(b->r), A(b->diagonal), A(b->z), A(b->p), A(b->correction)));
+  THRUM_TRY(sums(b, b->r, b->z, error));
+  THRUM_TRY(RUN(b, first_numbers, 1, A(b->sums), A(b->numbers)));
+  for (int32_t k = 0; k < b->def.solver_iterations; k++) {
+    THRUM_TRY(iterate(b, error));
+    if (k % LOOK_EVERY != LOOK_EVERY - 1)
+      continue;
+    THRUM_TRY(read_numbers(b, numbers, error));
+    if (numbers[3] != 0)
+      break;
+  }
+  THRUM_TRY(read_numbers(b, numbers, error));
+  b->report.solver_iterations += (int64_t)numbers[4];
+  return THRUM_OK;
+}
+
+/* --- steps ------------------------------------------------------------------------------------ */
+
+static thrum_status step(thrum_mesh_body *b, thrum_error *error) {
+  // the first increment is that without forces
+  const double h = b->def.dt;
+  double corrected = 0, moved = 0;
+  THRUM_TRY(scale(b, b->v, h, b->d, error));
+  bool solved = false;
+  for (int32_t k = 0; k < b->def.iterations && !solved; k++) {
+    THRUM_TRY(residual(b, error));
+    THRUM_TRY(solve(b, error));
+    THRUM_TRY(blend(b, b->d, b->correction, 1, b->d, error));
+    THRUM_TRY(product_of(b, b->correction, b->correction, &corrected, error));
+    THRUM_TRY(product_of(b, b->d, b->d, &moved, error));
+    b->report.iterations++;
+    solved = corrected <= b->def.tolerance * b->def.tolerance * moved;
+  }
+  if (!solved)
+    return thrum_error_set(error, THRUM_NOT_CONVERGED,
+                           "step %lld is not solved after %d iterations, the last of which "
+                           "corrected %.1e of it: take a smaller dt, or more iterations",
+                           (long long)b->report.steps + 1, (int)b->def.iterations,
+                           sqrt(corrected / moved));
+
+  // v' = 2 d/h - v, or d/h
+  const bool middle = b->def.scheme == THRUM_MESH_MIDPOINT;
+  THRUM_TRY(blend(b, b->u, b->d, 1, b->u, error));
+  THRUM_TRY(scale(b, b->d, (middle ? 2 : 1) / h, b->d, error));
+  b->report.steps++;
+  return blend(b, b->d, b->v, middle ? -1 : 0, b->v, error);
+}
+
+thrum_status thrum_mesh_body_step(thrum_mesh_body *body, int64_t steps, thrum_error *error) {
+  if (!body || steps < 0)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "the body is NULL, or steps is below 0");
+  for (int64_t k = 0; k < steps; k++)
+    THRUM_TRY(step(body, error));
+  return THRUM_OK;
+}
+
+/* --- in and out ------------------------------------------------------------------------------- */
+
+thrum_status thrum_mesh_body_set(thrum_mesh_body *body, const double *u, const double *v,
+                                 thrum_error *error) {
+  if (!body)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "the body is NULL");
+
+  // into other arrays first, as the second may be refused
+  THRUM_TRY(send_field(body, "the displacement", u, body->d, error));
+  THRUM_TRY(send_field(body, "the velocity", v, body->place, error));
+  THRUM_TRY(RUN(body, hold, body->vertices, A(body->d), A(body->fixed), A(body->u)));
+  return RUN(body, hold, body->vertices, A(body->place), A(body->fixed), A(body->v));
+}
+
+thrum_status thrum_mesh_body_set_forces(thrum_mesh_body *body, const double *forces,
+                                        thrum_error *error) {
+  if (!body)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "the body is NULL");
+  return send_field(body, "the force", forces, body->load, error);
+}
+
+thrum_status thrum_mesh_body_get(thrum_mesh_body *body, double *u, double *v, thrum_error *error) {
+  if (!body)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "the body is NULL");
+  if (u)
+    THRUM_TRY(get_field(body, body->u, u, error));
+  return v ? get_field(body, body->v, v, error) : THRUM_OK;
+}
+
+thrum_status thrum_mesh_body_get_report(const thrum_mesh_body *body, thrum_mesh_body_report *report,
+                                        thrum_error *error) {
+  if (!body || !report)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "the body or report is NULL");
+  *report = body->report;
+  return THRUM_OK;
+}
