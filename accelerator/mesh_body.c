@@ -20,10 +20,11 @@
 #include "core/base/def.h"
 #include "thrum/actuation.h"
 
-#define SUMS 1024     /* partial sums, as many as a large device adds up at a time */
-#define LOOK_EVERY 16 /* iterations of conjugate gradients between two looks at how far they are   \
-                       */
-#define NUMBERS 8     /* that conjugate gradients keep, see mesh_body.cl */
+#define SUMS 1024 /* partial sums, as many as a large device adds up at a time */
+#define LOOK_EVERY                                                                                 \
+  16              /* iterations of conjugate gradients between two looks at how far they are       \
+                   */
+#define NUMBERS 8 /* that conjugate gradients keep, see mesh_body.cl */
 
 static const char source[] = {
 #include "mesh_body_program.inc"
@@ -35,15 +36,19 @@ static const char source[] = {
   X(residual)                                                                                      \
   X(apply)                                                                                         \
   X(blend)                                                                                         \
-  X(scale) X(hold) X(partial_sums) X(first_direction) X(first_numbers) X(step_length) X(go)        \
-      X(next_numbers) X(next_direction)
+  X(scale)                                                                                         \
+  X(hold)                                                                                          \
+  X(partial_sums) X(first_direction) X(first_numbers) X(step_length) X(go) X(next_numbers)         \
+      X(next_direction)
 
 /* X(name): the arrays of the mesh, and those of a step. */
 #define MESH_ARRAYS(X)                                                                             \
   X(node)                                                                                          \
   X(gradients)                                                                                     \
-  X(volume) X(moduli) X(slopes) X(shares) X(around_ends) X(around) X(mass_ends) X(mass_columns)    \
-      X(mass) X(fixed) X(diagonal)
+  X(volume)                                                                                        \
+  X(moduli)                                                                                        \
+  X(slopes) X(shares) X(around_ends) X(around) X(mass_ends) X(mass_columns) X(mass) X(fixed)       \
+      X(diagonal)
 #define FIELDS(X) X(u) X(v) X(load) X(d) X(place) X(r) X(z) X(p) X(product) X(correction)
 
 struct thrum_mesh_body {
@@ -69,8 +74,6 @@ void thrum_mesh_body_def_init(thrum_mesh_body_def *def, size_t size) {
   const thrum_mesh_body_def defaults = {.cookie = sizeof(thrum_mesh_body_def),
                                         .iterations = 12,
                                         .dt = 0.003,
-                                        .tolerance = 1e-8,
-                                        .solver_tolerance = 1e-6,
                                         .solver_iterations = 2000};
   thrum_def_fill(def, size, &defaults, sizeof defaults);
 }
@@ -93,10 +96,10 @@ static thrum_status check_def(const thrum_mesh_body_def *def, thrum_error *error
     return refuse(error, "dt", "is not above 0 and finite");
   if (!(def->damping >= 0) || !isfinite(def->damping))
     return refuse(error, "damping", "is not 0 or more and finite");
-  if (!(def->tolerance > 0) || !isfinite(def->tolerance))
-    return refuse(error, "tolerance", "is not above 0 and finite");
-  if (!(def->solver_tolerance > 0) || !(def->solver_tolerance < 1))
-    return refuse(error, "solver_tolerance", "is not between 0 and 1");
+  if (!(def->tolerance >= 0) || !isfinite(def->tolerance))
+    return refuse(error, "tolerance", "is not 0 or more and finite");
+  if (!(def->solver_tolerance >= 0) || !(def->solver_tolerance < 1))
+    return refuse(error, "solver_tolerance", "is not from 0 to below 1");
   if (def->iterations < 1)
     return refuse(error, "iterations", "is below 1");
   if (def->solver_iterations < 1)
@@ -267,6 +270,10 @@ thrum_status thrum_mesh_body_create(thrum_accelerator *accelerator, const thrum_
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a body");
   made->accelerator = accelerator;
   made->def = *def;
+  if (def->tolerance == 0)
+    made->def.tolerance = accelerator->info.single ? 1e-4 : 1e-8;
+  if (def->solver_tolerance == 0)
+    made->def.solver_tolerance = accelerator->info.single ? 1e-4 : 1e-6;
   const thrum_status status = make_body(made, model, error);
   if (status != THRUM_OK) {
     thrum_mesh_body_destroy(made);

@@ -38,6 +38,12 @@ static thrum_status take_single(const config_given *given, void *request) {
   return THRUM_OK;
 }
 
+static thrum_status take_full(const config_given *given, void *request) {
+  (void)given;
+  ((bench_request *)request)->full = true;
+  return THRUM_OK;
+}
+
 #define AT(member) CONFIG_AT(bench_request, member)
 #define RANK_OPTION(otherwise)                                                                     \
   OPTION_TEXT("rank", "R,R,...", otherwise, "ranks of the beam", .take = take_ranks,               \
@@ -95,6 +101,11 @@ static const config_option accelerator_table[] = {
     OPTION_COUNT("device", "0", "which device, in the order of clinfo -l", AT(device),
                  CONFIG_RANGE(0, 1000)),
     OPTION_FLAG("single", "single precision throughout", .take = take_single),
+    OPTION_FLAG(
+        "full",
+        "the whole mesh in place of a crowd, by the midpoint rule, beside the same steps by "
+        "one core",
+        .take = take_full),
     OPTION_GROUP(step_options, "", .field = 0),
     OPTION_GROUP(common_options, "", .field = 0),
     OPTION_END,
@@ -145,7 +156,8 @@ const config_command command_bench_accelerator = {
              "how much they end elsewhere than by thrum_step." MODEL_ABOUT,
     .options = accelerator_table,
     .examples = "bench accelerator --bodies 10000 --rank 20\n"
-                "bench accelerator --device 1 --integrator midpoint --json",
+                "bench accelerator --device 1 --integrator midpoint --json\n"
+                "bench accelerator horse.npz --full",
 };
 
 const config_command command_bench_kernels = {

@@ -25,6 +25,7 @@ typedef struct bench_request {
   int64_t bodies; /* of bench batch and bench accelerator */
   int64_t device; /* of bench accelerator */
   int32_t single;
+  bool full;          /* the whole mesh */
   const char *folder; /* for a table and a plot; NULL: none */
   bool machine;       /* measure the machine too */
   bool json, quiet;

@@ -69,6 +69,22 @@ typedef struct bench_accelerator {
 thrum_status bench_accelerator_run(const thrum_model *model, bench_accelerator *bench,
                                    thrum_error *error);
 
+/* The whole mesh of a model on an accelerator, by the midpoint rule, beside the full-order body. */
+typedef struct bench_mesh_body {
+  bench_step step;        /* dt, swing, batches and steps are read */
+  int32_t device, single; /* thrum_accelerator_def */
+  int64_t steps;          /* of a batch */
+  thrum_accelerator_info info;
+  int64_t vertices, tets;
+  double iterations, solver_iterations; /* a step: of Newton, of conjugate gradients */
+  double ms,
+      ms_here;  /* a step, of the wall: there, and by one core with a sparse Cholesky factor */
+  double error; /* largest difference of both ends, over the largest displacement */
+} bench_mesh_body;
+
+thrum_status bench_mesh_body_run(const thrum_model *model, bench_mesh_body *bench,
+                                 thrum_error *error);
+
 typedef struct bench_kernels {
   thrum_kernel_id kernel; /* in: asked for; out: used */
   int64_t implicit;       /* |I| of the last two passes */

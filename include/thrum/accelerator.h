@@ -161,16 +161,16 @@ typedef enum thrum_mesh_law {
 } thrum_mesh_law;
 
 typedef struct thrum_mesh_body_def {
-  uint32_t cookie;           /* sizeof(thrum_mesh_body_def), from thrum_mesh_body_def_init */
-  thrum_mesh_scheme scheme;  /* default midpoint */
-  thrum_mesh_law law;        /* of all tetrahedra; default Saint Venant-Kirchhoff */
-  int32_t iterations;        /* of Newton in a step at most, >= 1 [1]; default 12 */
-  double dt;                 /* time step [s], > 0; default 0.003 */
-  double damping;            /* mass-proportional [1/s], >= 0; default 0 */
-  double tolerance;          /* last correction of the increment, over the increment, with which a
-                                step is solved, > 0 [1]; default 1e-8 */
-  double solver_tolerance;   /* residual at which conjugate gradients end, relative, in (0, 1) [1];
-                                default 1e-6 */
+  uint32_t cookie;          /* sizeof(thrum_mesh_body_def), from thrum_mesh_body_def_init */
+  thrum_mesh_scheme scheme; /* default midpoint */
+  thrum_mesh_law law;       /* of all tetrahedra; default Saint Venant-Kirchhoff */
+  int32_t iterations;       /* of Newton in a step at most, >= 1 [1]; default 12 */
+  double dt;                /* time step [s], > 0; default 0.003 */
+  double damping;           /* mass-proportional [1/s], >= 0; default 0 */
+  double tolerance; /* last correction of the increment, over the increment, with which a step is
+                       solved, >= 0 [1]; default 0: 1e-8, in single precision 1e-4 */
+  double solver_tolerance;   /* residual at which conjugate gradients end, relative, in [0, 1) [1];
+                                default 0: 1e-6, in single precision 1e-4 */
   int32_t solver_iterations; /* of conjugate gradients at most, >= 1 [1]; default 2000 */
   int32_t reserved;          /* 0 */
 } thrum_mesh_body_def;

@@ -223,8 +223,6 @@ static void test_bits_and_single(void **unused) {
   thrum_accelerator_destroy(accelerator);
 
   accelerator = take_device(1);
-  def.tolerance = 1e-4;
-  def.solver_tolerance = 1e-4;
   step_there(accelerator, &b, &def, STEPS);
   const double off = differ(&b);
   assert_true(off < 1e-3 && off > 1e-9);
