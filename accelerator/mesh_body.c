@@ -16,7 +16,7 @@
 #include <string.h>
 
 #include "accelerator/device.h"
-#include "accelerator/mesh_elements.h"
+#include "accelerator/device_mesh.h"
 #include "core/base/def.h"
 #include "thrum/actuation.h"
 
@@ -38,8 +38,8 @@ static const char source[] = {
   X(blend)                                                                                         \
   X(scale)                                                                                         \
   X(hold)                                                                                          \
-  X(partial_sums) X(first_direction) X(first_numbers) X(step_length) X(go) X(next_numbers)         \
-      X(next_direction)
+  X(partial_sums)                                                                                  \
+  X(first_direction) X(first_numbers) X(step_length) X(go) X(next_numbers) X(next_direction)
 
 /* X(name): the arrays of the mesh, and those of a step. */
 #define MESH_ARRAYS(X)                                                                             \
@@ -47,8 +47,8 @@ static const char source[] = {
   X(gradients)                                                                                     \
   X(volume)                                                                                        \
   X(moduli)                                                                                        \
-  X(slopes) X(shares) X(around_ends) X(around) X(mass_ends) X(mass_columns) X(mass) X(fixed)       \
-      X(diagonal)
+  X(slopes)                                                                                        \
+  X(shares) X(around_ends) X(around) X(mass_ends) X(mass_columns) X(mass) X(fixed) X(diagonal)
 #define FIELDS(X) X(u) X(v) X(load) X(d) X(place) X(r) X(z) X(p) X(product) X(correction)
 
 struct thrum_mesh_body {
@@ -159,8 +159,8 @@ static thrum_status get_field(thrum_mesh_body *body, opencl_buffer buffer, doubl
 
 /* --- a body's life ---------------------------------------------------------------------------- */
 
-static thrum_status send_mesh(thrum_mesh_body *body, const thrum_model *model,
-                              const mesh_elements *m, thrum_error *error) {
+static thrum_status send_mesh(thrum_mesh_body *body, const thrum_model *model, const device_mesh *m,
+                              thrum_error *error) {
   const thrum_accelerator *a = body->accelerator;
   const int64_t all = m->tets * m->nodes, masses = m->mass_ends[m->vertices - 1];
   const size_t index = sizeof(int32_t);
@@ -194,7 +194,7 @@ static thrum_status send_mesh(thrum_mesh_body *body, const thrum_model *model,
   return send_reals(a, body->field, 3 * m->vertices, &body->diagonal, error);
 }
 
-static thrum_status make_fields(thrum_mesh_body *body, const mesh_elements *m, thrum_error *error) {
+static thrum_status make_fields(thrum_mesh_body *body, const device_mesh *m, thrum_error *error) {
   const thrum_accelerator *a = body->accelerator;
   const size_t real = device_real(a), field = 3 * (size_t)body->vertices * real;
 #define X(name) THRUM_TRY(device_buffer(a, field, NULL, &body->name, error));
@@ -205,7 +205,7 @@ static thrum_status make_fields(thrum_mesh_body *body, const mesh_elements *m, t
   return device_buffer(a, NUMBERS * real, NULL, &body->numbers, error);
 }
 
-static thrum_status make_passes(thrum_mesh_body *body, const mesh_elements *m, thrum_error *error) {
+static thrum_status make_passes(thrum_mesh_body *body, const device_mesh *m, thrum_error *error) {
   const thrum_accelerator *a = body->accelerator;
   char options[192];
   int32_t code;
@@ -236,14 +236,14 @@ static thrum_status make_body(thrum_mesh_body *body, const thrum_model *model, t
   if (!body->staging || !body->field)
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for %lld vertices",
                            (long long)body->vertices);
-  mesh_elements mesh = {0};
-  THRUM_TRY(mesh_elements_make(model, &mesh, error));
+  device_mesh mesh = {0};
+  THRUM_TRY(device_mesh_make(model, &mesh, error));
   thrum_status status = send_mesh(body, model, &mesh, error);
   if (status == THRUM_OK)
     status = make_fields(body, &mesh, error);
   if (status == THRUM_OK)
     status = make_passes(body, &mesh, error);
-  mesh_elements_free(&mesh);
+  device_mesh_free(&mesh);
   if (status == THRUM_OK)
     status = thrum_mesh_body_set_forces(body, NULL, error);
   return status == THRUM_OK ? thrum_mesh_body_set(body, NULL, NULL, error) : status;

@@ -3,6 +3,7 @@
 
 #include "app/bench_command.h"
 #include "app/bench_speed.h"
+#include "bench/measure_accelerator.h"
 #include "config/message.h"
 #include "io/json.h"
 

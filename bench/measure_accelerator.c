@@ -5,7 +5,7 @@
 #include <stdlib.h>
 
 #include "accelerator/peak.h"
-#include "bench/measure.h"
+#include "bench/measure_accelerator.h"
 #include "platform/allocate.h"
 #include "platform/clock.h"
 

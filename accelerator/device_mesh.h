@@ -1,15 +1,15 @@
 /* The arrays of a mesh as the passes of mesh_body.cl take them; private to the accelerator library.
  * SPDX-License-Identifier: Apache-2.0 */
-#ifndef THRUM_ACCELERATOR_MESH_ELEMENTS_H
-#define THRUM_ACCELERATOR_MESH_ELEMENTS_H
+#ifndef THRUM_ACCELERATOR_DEVICE_MESH_H
+#define THRUM_ACCELERATOR_DEVICE_MESH_H
 
 #include <stdint.h>
 
 #include "thrum/model.h"
 
 /* Numbers of a tetrahedron t at k * tets + t, of a vertex at 3 v + axis; one block of memory each,
- * which mesh_elements_free returns. */
-typedef struct mesh_elements {
+ * which device_mesh_free returns. */
+typedef struct device_mesh {
   int64_t vertices, tets;
   int nodes, points;     /* of a tetrahedron: 4 and 1, or 10 and 11 */
   int32_t *node;         /* nodes x tets */
@@ -24,11 +24,11 @@ typedef struct mesh_elements {
   int32_t *mass_columns; /* columns ascending, and */
   double *mass;          /* its entries [kg], the same along each axis */
   double *diagonal_mass, *diagonal_stiffness; /* 3 x vertices: of M, and of K at rest */
-} mesh_elements;
+} device_mesh;
 
 /* THRUM_MISSING for a model without tetrahedra, THRUM_UNSUPPORTED for curved edges and for other
  * elements, THRUM_OUT_OF_MEMORY. */
-thrum_status mesh_elements_make(const thrum_model *model, mesh_elements *mesh, thrum_error *error);
-void mesh_elements_free(mesh_elements *mesh); /* an empty (zeroed) one is fine */
+thrum_status device_mesh_make(const thrum_model *model, device_mesh *mesh, thrum_error *error);
+void device_mesh_free(device_mesh *mesh); /* an empty (zeroed) one is fine */
 
 #endif

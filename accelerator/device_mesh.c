@@ -1,5 +1,5 @@
-/* A mesh in arrays, see mesh_elements.h. SPDX-License-Identifier: Apache-2.0 */
-#include "accelerator/mesh_elements.h"
+/* A mesh in arrays, see device_mesh.h. SPDX-License-Identifier: Apache-2.0 */
+#include "accelerator/device_mesh.h"
 
 #include <stdbool.h>
 #include <stdlib.h>
@@ -34,7 +34,7 @@ static bool make(void *array, int64_t count, size_t size) {
   return made != NULL;
 }
 
-static bool make_all(mesh_elements *m) {
+static bool make_all(device_mesh *m) {
   const int64_t all = m->tets * m->nodes;
   return make(&m->node, all, sizeof *m->node) &&
          make(&m->gradients, 9 * m->tets, sizeof *m->gradients) &&
@@ -51,7 +51,7 @@ static bool make_all(mesh_elements *m) {
          make(&m->diagonal_stiffness, 3 * m->vertices, sizeof *m->diagonal_stiffness);
 }
 
-void mesh_elements_free(mesh_elements *m) {
+void device_mesh_free(device_mesh *m) {
   void *const arrays[] = {m->node,
                           m->gradients,
                           m->volume,
@@ -67,14 +67,14 @@ void mesh_elements_free(mesh_elements *m) {
                           m->diagonal_stiffness};
   for (size_t i = 0; i < sizeof arrays / sizeof *arrays; i++)
     free(arrays[i]);
-  *m = (mesh_elements){0};
+  *m = (device_mesh){0};
 }
 
 /* Shape functions of a linear tetrahedron by its barycentric coordinates 1, 2, 3. */
 static const double linear_slopes[LINEAR_NODES][3] = {
     {-1, -1, -1}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
 
-static void take_rule(mesh_elements *m, const thrum_quadratic_point *rule) {
+static void take_rule(device_mesh *m, const thrum_quadratic_point *rule) {
   for (int p = 0; p < m->points; p++) {
     double slopes[THRUM_QUADRATIC_NODES][3];
     if (rule)
@@ -87,7 +87,7 @@ static void take_rule(mesh_elements *m, const thrum_quadratic_point *rule) {
 }
 
 // nodes, volume, gradients and moduli of a tetrahedron
-static thrum_status take_tet(const thrum_model *model, mesh_elements *m, int64_t t,
+static thrum_status take_tet(const thrum_model *model, device_mesh *m, int64_t t,
                              thrum_error *error) {
   double place[THRUM_QUADRATIC_NODES][3], gradients[9];
   for (int a = 0; a < m->nodes; a++) {
@@ -121,7 +121,7 @@ static thrum_status take_tet(const thrum_model *model, mesh_elements *m, int64_t
 }
 
 // what is around each vertex
-static void take_around(mesh_elements *m) {
+static void take_around(device_mesh *m) {
   const int64_t all = m->tets * m->nodes;
   for (int64_t k = 0; k < all; k++)
     m->around_ends[m->node[k]]++;
@@ -136,7 +136,7 @@ static void take_around(mesh_elements *m) {
 }
 
 /* The integral of N_a N_b over an element of volume 1. */
-static void mass_of_one(const mesh_elements *m, double mass[THRUM_QUADRATIC_NODES][10]) {
+static void mass_of_one(const device_mesh *m, double mass[THRUM_QUADRATIC_NODES][10]) {
   memset(mass, 0, sizeof(double[THRUM_QUADRATIC_NODES][10]));
   if (m->nodes == LINEAR_NODES) {
     for (int a = 0; a < LINEAR_NODES; a++)
@@ -156,7 +156,7 @@ static void mass_of_one(const mesh_elements *m, double mass[THRUM_QUADRATIC_NODE
 }
 
 // rows of the mass matrix, each from the elements around its vertex
-static void take_mass(const thrum_model *model, mesh_elements *m) {
+static void take_mass(const thrum_model *model, device_mesh *m) {
   double one[THRUM_QUADRATIC_NODES][10];
   mass_of_one(m, one);
   int32_t end = 0;
@@ -183,7 +183,7 @@ static void take_mass(const thrum_model *model, mesh_elements *m) {
 }
 
 // the diagonal of K at rest, by which conjugate gradients scale
-static void take_diagonal(mesh_elements *m) {
+static void take_diagonal(device_mesh *m) {
   for (int64_t t = 0; t < m->tets; t++)
     for (int p = 0; p < m->points; p++)
       for (int a = 0; a < m->nodes; a++) {
@@ -203,14 +203,14 @@ static void take_diagonal(mesh_elements *m) {
       }
 }
 
-thrum_status mesh_elements_make(const thrum_model *model, mesh_elements *mesh, thrum_error *error) {
+thrum_status device_mesh_make(const thrum_model *model, device_mesh *mesh, thrum_error *error) {
   THRUM_TRY(check(model, error));
   int count = 1;
   const thrum_quadratic_point *rule = model->midsides ? thrum_quadratic_rule(false, &count) : NULL;
-  mesh_elements m = {.vertices = model->vertex_count,
-                     .tets = model->tet_count,
-                     .nodes = model->midsides ? THRUM_QUADRATIC_NODES : LINEAR_NODES,
-                     .points = count};
+  device_mesh m = {.vertices = model->vertex_count,
+                   .tets = model->tet_count,
+                   .nodes = model->midsides ? THRUM_QUADRATIC_NODES : LINEAR_NODES,
+                   .points = count};
   thrum_status status = THRUM_OK;
   if (!make_all(&m))
     status = thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a mesh of %lld tetrahedra",
@@ -220,7 +220,7 @@ thrum_status mesh_elements_make(const thrum_model *model, mesh_elements *mesh, t
   for (int64_t t = 0; t < m.tets && status == THRUM_OK; t++)
     status = take_tet(model, &m, t, error);
   if (status != THRUM_OK) {
-    mesh_elements_free(&m);
+    device_mesh_free(&m);
     return status;
   }
   take_around(&m);

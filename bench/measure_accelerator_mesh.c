@@ -2,7 +2,7 @@
  * compared. Times are of the wall. SPDX-License-Identifier: Apache-2.0 */
 #include <math.h>
 
-#include "bench/measure.h"
+#include "bench/measure_accelerator.h"
 #include "platform/allocate.h"
 #include "platform/clock.h"
 #include "precompute/full/full.h"
