@@ -14,7 +14,7 @@ _thrum() {
   'bench batch --integrator') words='imexv newmark verlet midpoint energy fox-goodwin backward-euler semi-implicit-euler rk4 manifold' ;;
   'bench batch '*) words='--rank --batches --bodies --integrator --dt --implicit --swing --steps --kernel --no-machine --output --json --quiet --help' ;;
   'bench accelerator --integrator') words='imexv newmark verlet midpoint energy fox-goodwin backward-euler semi-implicit-euler rk4 manifold' ;;
-  'bench accelerator '*) words='--rank --batches --bodies --device --single --integrator --dt --implicit --swing --steps --kernel --no-machine --output --json --quiet --help' ;;
+  'bench accelerator '*) words='--rank --batches --bodies --device --single --full --integrator --dt --implicit --swing --steps --kernel --no-machine --output --json --quiet --help' ;;
   'bench contact '*) words='--bodies --pairs --rank --dt --steps --threads --json --help' ;;
   'bench displacement '*) words='--vertices --rank --repetitions --json --help' ;;
   'bench precompute '*) words='--tets --ranks --modes --rank --threads --json --help' ;;
