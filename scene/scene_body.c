@@ -69,6 +69,7 @@ static void free_body(thrum_scene *scene, scene_body *body) {
   free(body->courses);
   free(body->now);
   free(body->directions);
+  free(body->acts);
   free(body->parts);
   free(body->moments);
   free(body->resultants);

@@ -10,6 +10,7 @@
 #include "scene/scene_loads.h"
 
 #include "scene/scene_access.h"
+#include "scene/scene_actuation.h"
 #include "scene/scene_fields.h"
 #include "scene/scene_memory.h"
 #include "scene/scene_parts.h"
@@ -183,6 +184,7 @@ void scene_loads_retime(thrum_scene *scene) {
   }
   for (int32_t n = 0; n < scene->base_motion_count; n++)
     scene->base_motions[n].now = counted_from(&scene->base_motions[n].course, scene->origin);
+  scene_actuation_retime(scene);
 }
 
 /* Mean of one sampled motion over the step that lies `ahead` of the one to come. With dt changed

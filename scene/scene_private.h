@@ -122,8 +122,15 @@ typedef struct scene_wrench {
 /* The counts of a state's report, which a scene keeps for as long as the body lives. */
 typedef struct scene_counts {
   int64_t fallback_steps;
-  double dissipated, plastic_work;
+  double dissipated, plastic_work, work_actuators;
 } scene_counts;
+
+/* The level of an actuator over time, as given and counted from the scene's origin. */
+typedef struct scene_act {
+  int64_t actuator;
+  double level;
+  thrum_load course, now;
+} scene_act;
 
 /* A body with a level of detail, as its updates have seen it. */
 typedef struct scene_seen {
@@ -168,6 +175,8 @@ typedef struct scene_body {
   thrum_load *now;       /* and counted from the scene's origin */
   double *directions;    /* load_count x r */
   int64_t load_count;
+  scene_act *acts; /* act_count */
+  int64_t act_count;
   bool free;
   double *parts; /* of a free body, load_count x 9 x r: world axis b of a load along body axis a */
   double *moments;    /* load_count x 9: arm along a times force along b [N m] */

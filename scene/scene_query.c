@@ -51,6 +51,7 @@ thrum_status thrum_scene_body(const thrum_scene *scene, int32_t number, thrum_sc
       .fallback_steps = counts.fallback_steps,
       .work_load = body->work_load,
       .work_base = body->work_base,
+      .work_actuators = counts.work_actuators,
       .dissipated = counts.dissipated,
       .plastic_work = counts.plastic_work,
       .plastic_strain = thrum_state_plastic_strain(body->state),

@@ -4,6 +4,7 @@
 
 #include "scene/scene_shape.h"
 
+#include "scene/scene_actuation.h"
 #include "scene/scene_free_body.h"
 #include "scene/scene_placement.h"
 
@@ -69,6 +70,7 @@ scene_counts scene_body_counts(const scene_body *body) {
   counts.fallback_steps += now.newton_steps + now.energy_steps + now.substep_steps;
   counts.dissipated += now.dissipated;
   counts.plastic_work += now.plastic_work;
+  counts.work_actuators += scene_actuation_work(body);
   return counts;
 }
 

@@ -16,7 +16,7 @@
 #define COUNT_MAX (INT64_C(1) << 62)
 
 /* The version is that of the records below. */
-static const thrum_seal_kind kind = {{'t', 'h', 'r', 'u', 'm', 's', 'c', 'n'}, 12};
+static const thrum_seal_kind kind = {{'t', 'h', 'r', 'u', 'm', 's', 'c', 'n'}, 13};
 
 typedef struct scene_record {
   uint64_t revision;
@@ -147,8 +147,8 @@ static bool is_inertia_right(const scene_body *body, const thrum_rigid_frame *th
 static bool is_motion_right(const scene_body *body, const body_record *record) {
   const thrum_rigid_frame *now = &body->rigid_frame, *then = &record->rigid_frame;
   const double sums[] = {record->work_load, record->work_base, record->before_state.dissipated,
-                         record->before_state.plastic_work};
-  return thrum_all_finite(sums, 4) && record->way.mass == body->way.mass &&
+                         record->before_state.plastic_work, record->before_state.work_actuators};
+  return thrum_all_finite(sums, 5) && record->way.mass == body->way.mass &&
          thrum_all_finite(record->way.position, 3) && thrum_all_finite(record->way.velocity, 3) &&
          memcmp(then->centre, now->centre, sizeof now->centre) == 0 &&
          is_inertia_right(body, then) && thrum_all_finite(then->attitude, 9) &&

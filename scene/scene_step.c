@@ -2,6 +2,7 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "core/base/fp_contract.h"
 
+#include "scene/scene_actuation.h"
 #include "scene/scene_condensed.h"
 #include "scene/scene_contact.h"
 #include "scene/scene_coupled.h"
@@ -24,6 +25,7 @@ static thrum_status load(const thrum_scene *scene, scene_body *body, thrum_error
   *wrench = (scene_wrench){{0}, {0}};
   if (body->inertia_work != NULL)
     THRUM_TRY(scene_body_read(body, false, error));
+  THRUM_TRY(scene_actuation_set(scene, body, error));
   scene_loads_sum(scene, body, wrench);
   if (scene->air > 0 && body->surface_count > 0)
     THRUM_TRY(scene_wind_add(scene, body, wrench, error));

@@ -252,8 +252,8 @@ static int check_plastic(const simulate_request *request) {
     return config_usage("simulate", "--against-mesh is of a model: a scene has no mesh of its own");
   if (request->actuate_count > 0 &&
       (request->against_mesh > 0 || simulate_spins(request) || is_scene_name(request->model_path)))
-    return config_usage("simulate", "--actuate goes without --against-mesh and --spin, and bodies "
-                                    "of scenes have no levels yet");
+    return config_usage("simulate", "--actuate goes without --against-mesh and --spin; bodies of a "
+                                    "scene have the key \"actuate\"");
   if (plastic && request->stress)
     return config_usage(
         "simulate", "--stress is of a material that does not flow; leave it out with %s", plastic);

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "driver/scene/scene_spec.h"
+#include "driver/spec/actuate_spec.h"
 #include "driver/spec/shared_options.h"
 #include "thrum/thrum.h"
 
@@ -140,6 +141,11 @@ static thrum_status check_load(const char *text, thrum_error *error) {
   return load_spec_parse(text, &load, error);
 }
 
+static thrum_status check_actuate(const char *text, thrum_error *error) {
+  actuate_spec spec;
+  return actuate_spec_parse(text, &spec, error);
+}
+
 static thrum_status check_start(const char *text, thrum_error *error) {
   start_spec start;
   return start_spec_parse(text, &start, error);
@@ -269,6 +275,9 @@ static const config_option body_keys[] = {
                  AT(start)),
     OPTION_TEXTS("loads", "none", "loads over time, as --load of simulate, in world axes",
                  .check = check_load, AT(loads)),
+    OPTION_TEXTS("actuate", "all at 0",
+                 "levels of actuators of its model file over time, as --actuate of simulate",
+                 .check = check_actuate, AT(actuate)),
     OPTION_TEXT("touch", NULL, "\"surface\"",
                 "what may touch obstacles: \"surface\", \"none\", or a group of vertices, "
                 "vertex=N (from 1), near:X,Y,Z, a predicate or all",

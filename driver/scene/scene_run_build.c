@@ -81,6 +81,28 @@ static thrum_status add_loads(scene_run *run, int32_t n) {
   return THRUM_OK;
 }
 
+/* The levels of the actuators of a body. */
+static thrum_status add_actuation(scene_run *run, int32_t n) {
+  scene_body_run *body = &run->bodies[n];
+  const config_texts *texts = &body->spec->actuate;
+  simulate_request *request = &body->request;
+  for (int64_t l = 0; l < texts->count; l++) {
+    thrum_error detail = {0};
+    int64_t index = 0;
+    actuate_spec *spec = &request->actuates[request->actuate_count];
+    thrum_status status = actuate_spec_parse(texts->texts[l], spec, &detail);
+    THRUM_THEN(status, thrum_model_actuator(body->model, spec->name, &index, &detail));
+    THRUM_THEN(status, thrum_scene_add_actuation(run->scene, n, index, spec->level, &spec->course,
+                                                 &detail));
+    if (status < 0)
+      return config_record_refuse_text(&run->spec.file, &body->spec->settings.at, "actuate", texts,
+                                       l, "%s", detail.message);
+    request->actuate_count++;
+  }
+  actuate_specs_warn(body->model, request->actuates, request->actuate_count, request->time, false);
+  return THRUM_OK;
+}
+
 /* Gravity as a load, first of all, for the figures of a body's run. */
 static void note_gravity(const scene_run *run, scene_body_run *body) {
   const double *g = run->spec.gravity;
@@ -180,13 +202,15 @@ static thrum_status make_request(scene_run *run, scene_body_run *body, thrum_err
       .basis = spec->outputs.basis,
       .loads = calloc((size_t)body->spec->loads.count + 1, sizeof *request->loads),
       .starts = calloc((size_t)body->spec->start.count + 1, sizeof *request->starts),
+      .actuates = calloc((size_t)body->spec->actuate.count + 1, sizeof *request->actuates),
       .quiet = true,
   };
 
   // all bodies share the time step of the scene, and each has its own material
   request->def.dt = run->dt;
   request->def.plastic = body->spec->material.plastic;
-  return request->loads != NULL && request->starts != NULL ? THRUM_OK : scene_run_no_memory(error);
+  const bool room = request->loads != NULL && request->starts != NULL && request->actuates != NULL;
+  return room ? THRUM_OK : scene_run_no_memory(error);
 }
 
 /* The group that a body names in "touch": also where nothing is there to be touched. */
@@ -326,6 +350,7 @@ static thrum_status make_bodies(scene_run *run, thrum_error *error) {
     note_gravity(run, body);
     THRUM_TRY(add_body(run, n, error));
     THRUM_TRY(add_loads(run, n));
+    THRUM_TRY(add_actuation(run, n));
   }
   return THRUM_OK;
 }
@@ -402,6 +427,7 @@ thrum_status scene_run_build(scene_run *run, thrum_error *error) {
 void scene_run_unmake(scene_run *run) {
   for (int64_t n = 0; run->bodies != NULL && n < run->spec.bodies.count; n++) {
     free(run->bodies[n].request.loads);
+    free(run->bodies[n].request.actuates);
     free(run->bodies[n].request.starts);
     free(run->bodies[n].start);
     free(run->bodies[n].touched);

@@ -85,6 +85,8 @@ static thrum_status open_body(scene_run *run, int32_t n, thrum_error *error) {
     body->request.basis.unless = "the body steps fewer coordinates at times";
   else if (body->request.basis.together)
     body->request.basis.unless = scene_run_why_not_judged(run, n);
+  if (body->request.actuate_count > 0)
+    body->request.basis.unless = "the mesh that would be asked has no actuators";
   snprintf(path, sizeof path, "%.*s/%s", RUN_PATH_MAX, run->folder.work, body->spec->name);
   thrum_error detail = {0};
   const thrum_status opened = driver_run_open_body(&run->run, n, path, &body->shown, &detail);

@@ -158,6 +158,7 @@ static void report(const void *stepper, int32_t body, simulate_figures *figures)
   figures->fallback_steps = info.fallback_steps;
   figures->work_load = info.work_load;
   figures->work_base = info.work_base;
+  figures->work_actuators = info.work_actuators;
   figures->work_moved = INFINITY; // bodies and obstacles give and take energy, too
   figures->dissipated = info.dissipated;
   figures->plastic_work = info.plastic_work;

@@ -62,7 +62,7 @@ typedef struct scene_body_spec {
   double error;  /* that finds `condense`; 0: none asked for */
   double budget; /* of a step, that finds `condense` [s]; 0: none asked for */
   scene_detail_spec detail;
-  config_texts start, loads;
+  config_texts start, loads, actuate;
   const char *touch; /* "surface", "none", or a group */
 } scene_body_spec;
 

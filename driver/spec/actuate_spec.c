@@ -7,7 +7,7 @@
 #include "config/message.h"
 #include "driver/spec/load_spec.h"
 
-static thrum_status parse(const char *text, actuate_spec *spec, thrum_error *error) {
+thrum_status actuate_spec_parse(const char *text, actuate_spec *spec, thrum_error *error) {
   const size_t name = strcspn(text, "=");
   char said[200];
   if (text[name] != '=' || name == 0 || name >= sizeof spec->name)
@@ -16,7 +16,7 @@ static thrum_status parse(const char *text, actuate_spec *spec, thrum_error *err
                            text);
   actuate_spec parsed = {.text = text};
   memcpy(parsed.name, text, name);
-  snprintf(said, sizeof said, "--actuate '%.150s'", text);
+  snprintf(said, sizeof said, "'%.150s'", text);
   THRUM_TRY(load_course_parse(text + name + 1, said, &parsed.level, &parsed.course, error));
   *spec = parsed;
   return THRUM_OK;
@@ -24,7 +24,7 @@ static thrum_status parse(const char *text, actuate_spec *spec, thrum_error *err
 
 thrum_status actuate_option_take(const config_given *given, actuate_spec *specs, int64_t *count) {
   thrum_error error = {0};
-  if (parse(given->text, &specs[*count], &error) < 0)
+  if (actuate_spec_parse(given->text, &specs[*count], &error) < 0)
     return config_given_refuse(given, "%s", error.message);
   ++*count;
   return THRUM_OK;

@@ -19,6 +19,9 @@ typedef struct actuate_spec {
 #define OPTION_ACTUATE(take_, what_)                                                               \
   OPTION_TEXT("actuate", "NAME=KIND:LEVEL", "all at 0", what_, .repeats = true, .take = take_)
 
+/* Reads NAME=KIND:LEVEL[,key=value...]. */
+thrum_status actuate_spec_parse(const char *text, actuate_spec *spec, thrum_error *error);
+
 /* For the `take` of an option: parses the text into specs[*count], of which there is room. */
 thrum_status actuate_option_take(const config_given *given, actuate_spec *specs, int64_t *count);
 

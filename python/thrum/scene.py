@@ -314,6 +314,16 @@ class Body:
         made = _load_def(load, self.model)
         self.scene._call(lib.thrum_scene_add_load, self.number, made.c)
 
+    def add_actuation(self, name: str, level: float, course: Load | None = None) -> None:
+        """Adds to the level of an actuator of the model: `level` times the course of a load, or all the time."""
+        actuators = self.model.actuators
+        if name not in actuators:
+            raise KeyError(f"no actuator {name!r}; the model has {', '.join(actuators) or 'none'}")
+        record, kept = _load_record(course or Load(force=(0.0, 0.0, 0.0)), self.model)
+        self.scene._call(lib.thrum_scene_add_actuation, self.number, actuators.index(name), float(level),
+                         ffi.addressof(record, "course"))
+        del kept
+
     def set_damping(self, alpha: float, beta: float = 0.0) -> None:
         """Rayleigh damping [1/s, s] from now on."""
         self.scene._call(lib.thrum_scene_set_damping, self.number, float(alpha), float(beta))

@@ -58,6 +58,51 @@ static void a_run_has_the_work_of_its_actuators(void **state) {
   cJSON_Delete(object);
 }
 
+/* The run of a body of a scene. */
+static cJSON *run_of(const char *path) {
+  char *text = text_file_read(in_folder(path));
+  assert_non_null(text);
+  cJSON *object = cJSON_Parse(text);
+  assert_non_null(object);
+  free(text);
+  return object;
+}
+
+/* A body of a scene works as one that is run alone, and where it touches, what it lost is said. */
+static void bodies_of_scenes_act(void **state) {
+  (void)state;
+  assert_true(text_file_write(
+      in_folder("scene.json"),
+      "{\"dt\": 0.003, \"time\": 0.6, \"bodies\": [{\"name\": \"free\", \"model\": \"arm.npz\", "
+      "\"position\": [0, 0, 5], \"actuate\": [\"wire=ramp:20,until=0.3\", "
+      "\"lean=sine:0.02,f=3\"]}, "
+      "{\"name\": \"low\", \"model\": \"arm.npz\", \"actuate\": [\"wire=ramp:20,until=0.3\", "
+      "\"lean=sine:0.02,f=3\"]}], \"obstacles\": [{\"shape\": \"plane\", \"centre\": [0, 0, "
+      "-0.051]}]}"));
+  cJSON *scene = program_object(
+      thrum_run(folder, "simulate", "scene.json", "-o", "scene", "--json", "-q", NULL), 0);
+  cJSON *alone =
+      program_object(thrum_run(folder, "simulate", "arm.npz", "-o", "alone", "--dt", "0.003",
+                               "--time", "0.6", "--actuate", "wire=ramp:20,until=0.3", "--actuate",
+                               "lean=sine:0.02,f=3", "--json", "-q", NULL),
+                     0);
+  cJSON *free_run = run_of("scene/free/run.json"), *low = run_of("scene/low/run.json");
+  const cJSON *work = cJSON_GetObjectItemCaseSensitive(low, "work");
+  const double expected =
+      json_value(cJSON_GetObjectItemCaseSensitive(alone, "work"), "actuators_j");
+  assert_true(json_value(cJSON_GetObjectItemCaseSensitive(free_run, "work"), "actuators_j") ==
+              expected);
+  const cJSON *contact = cJSON_GetObjectItemCaseSensitive(low, "contact");
+  const double lost = json_value(contact, "lost_j"), done = json_value(work, "actuators_j");
+  assert_true(lost > 1e-6 && done > lost);
+  assert_true(fabs(json_value(low, "energy_last_j") + json_value(contact, "stored_j") + lost -
+                   done) < 1e-10 * done);
+  cJSON_Delete(scene);
+  cJSON_Delete(alone);
+  cJSON_Delete(free_run);
+  cJSON_Delete(low);
+}
+
 /* The tip of an answer, and its height. */
 static double height_of(const cJSON *object) {
   const cJSON *shown =
@@ -220,6 +265,7 @@ int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(info_lists_what_acts),
       cmocka_unit_test(a_run_has_the_work_of_its_actuators),
+      cmocka_unit_test(bodies_of_scenes_act),
       cmocka_unit_test(the_mesh_comes_to_rest_where_the_model_does),
       cmocka_unit_test(what_has_no_effect_is_said),
       cmocka_unit_test(what_holds_a_body_bears_what_acts),

@@ -319,6 +319,9 @@ static void use_scene(const thrum_model *model, fuzz_draw *draw) {
         &error);
     fuzz_check(thrum_scene_add_obstacle(scene, &floor, NULL, &error), &error);
     fuzz_check(thrum_scene_add_load(scene, body, &load, &error), &error);
+    fuzz_check(thrum_scene_add_actuation(scene, body, draw_index(draw, 3), draw_about(draw, 1e3),
+                                         &load.course, &error),
+               &error);
     fuzz_check(thrum_scene_add_probe(scene, NULL, body, NULL, 0, &error), &error);
     fuzz_check(thrum_scene_pull_start(scene, body, draw_index(draw, model->vertex_count + 1),
                                       target, 100, -1, &pull, &error),

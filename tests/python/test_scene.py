@@ -7,7 +7,7 @@ import unittest
 import weakref
 
 import numpy as np
-from support import beam, block
+from support import beam, block, model_file
 
 import thrum
 from thrum import _fields, _keywords
@@ -239,6 +239,21 @@ class Scenes(unittest.TestCase):
         self.assertIs(scene.find("arm"), body)
         with self.assertRaises(KeyError):
             scene.find("leg")
+
+    def test_bodies_act(self):
+        model = thrum.Model.load(model_file("acting", "beam:4x1x1@1x0.1x0.1", fix="x<0.001", order=1, young=1e6, modes=2, rank=4,
+                                            actuator=["heat=swell:all", "lean=muscle:all,1,0,1"]))
+        scene, state = thrum.Scene(dt=0.002), thrum.State(model, dt=0.002)
+        body = scene.add_body(model)
+        body.add_actuation("heat", 0.01, thrum.Load(force=(0, 0, 0), until=0.05))
+        body.add_actuation("lean", 0.02)
+        for step in range(50):
+            state.actuation = {"heat": 0.01 if step < 25 else 0.0, "lean": 0.02}
+            state.step()
+        scene.step(50)
+        np.testing.assert_array_equal(body.q, state.q)
+        with self.assertRaises(KeyError):
+            body.add_actuation("wire", 1.0)
 
     def test_bodies_touch_each_other(self):
         scene, model = thrum.Scene(dt=0.002), block()

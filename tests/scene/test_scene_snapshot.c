@@ -6,7 +6,7 @@
 #include "tests/support/scene_call.h"
 
 /* The head of snapshots of scenes, as scene_snapshot.c writes it. */
-static const thrum_seal_kind kind = {{'t', 'h', 'r', 'u', 'm', 's', 'c', 'n'}, 12};
+static const thrum_seal_kind kind = {{'t', 'h', 'r', 'u', 'm', 's', 'c', 'n'}, 13};
 
 enum { VERTICES = 8 };
 

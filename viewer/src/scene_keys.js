@@ -105,7 +105,7 @@ const makeKeys = (memory) => ({
     damping: may(damping),
     // the page steps all coordinates where these would have a body step fewer
     error: may(anything), budget: may(anything),
-    fix: left, order: left, surface: left, material: left, detail: left, loads: left, touch: left, ...solver },
+    fix: left, order: left, surface: left, material: left, detail: left, loads: left, actuate: left, touch: left, ...solver },
   obstacles: { ...rowsOf(memory, 'obstacle'), name: may(text), shape: must(names(Object.keys(SHAPES))), height: may(positive),
     size: may(sides), file: left, scale: may(above, 1), heights: may(rows), spacing: may(above), rotation: may(rotation, UPRIGHT),
     path: may(list), colour: may(colour, '#808080') },
