@@ -319,10 +319,9 @@ class Body:
         actuators = self.model.actuators
         if name not in actuators:
             raise KeyError(f"no actuator {name!r}; the model has {', '.join(actuators) or 'none'}")
-        record, kept = _load_record(course or Load(force=(0.0, 0.0, 0.0)), self.model)
+        made = _load_def(course or Load(force=(0.0, 0.0, 0.0)), self.model)
         self.scene._call(lib.thrum_scene_add_actuation, self.number, actuators.index(name), float(level),
-                         ffi.addressof(record, "course"))
-        del kept
+                         ffi.addressof(made.c, "course"))
 
     def set_damping(self, alpha: float, beta: float = 0.0) -> None:
         """Rayleigh damping [1/s, s] from now on."""
