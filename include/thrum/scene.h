@@ -172,15 +172,16 @@ THRUM_API int64_t thrum_scene_load_count(const thrum_scene *scene, int32_t body)
 THRUM_API thrum_status thrum_scene_load_get(const thrum_scene *scene, int32_t body, int64_t index,
                                             thrum_scene_load_def *load, thrum_error *error);
 
-/* Adds a course of the level of an actuator (0-based) of a body: `level` (Pa, strain or N) times the
- * course over the scene's time (thrum/actuation.h); those of one actuator add up. The levels are of
- * the mesh in its file: a scaled body is under the same pressures and strains, and the same tensions
- * in newtons. A body whose rank changes goes on with them; one that is condensed has none.
+/* Adds a course of the level of an actuator (0-based) of a body: `level` (Pa, strain or N) times
+ * the course over the scene's time (thrum/actuation.h); those of one actuator add up. The levels
+ * are of the mesh in its file: a scaled body is under the same pressures and strains, and the same
+ * tensions in newtons. A body whose rank changes goes on with them; one that is condensed has none.
  * THRUM_INVALID_ARGUMENT where there is no such actuator, THRUM_UNSUPPORTED for a condensed body,
- * THRUM_BAD_VALUE for what is not a number. Levels that no state takes stop the body in its step. */
-THRUM_API thrum_status thrum_scene_add_actuation(thrum_scene *scene, int32_t body,
-                                                 int64_t actuator, double level,
-                                                 const thrum_load *course, thrum_error *error);
+ * THRUM_BAD_VALUE for what is not a number. Levels that no state takes stop the body in its step.
+ */
+THRUM_API thrum_status thrum_scene_add_actuation(thrum_scene *scene, int32_t body, int64_t actuator,
+                                                 double level, const thrum_load *course,
+                                                 thrum_error *error);
 
 /* Accelerates the ground under all bodies: by a motion sampled in time, which must outlive the
  * scene and have velocities and positions; or by `amplitude` [m/s^2] times a course. Bodies,
