@@ -14,6 +14,7 @@
 #include "app/info_surface.h"
 #include "config/message.h"
 #include "config/options.h"
+#include "core/base/vec3.h"
 #include "driver/make/model_coordinates.h"
 #include "driver/make/named_model.h"
 #include "driver/make/precompute_touch.h"
@@ -221,6 +222,14 @@ static void add_springs(cJSON *object, const thrum_model *model) {
   json_numbers(object, "spring_stiffness_n_per_m", sum, 3);
 }
 
+/* The largest displacement of the state about which a model is. */
+static double state_size(const thrum_model *model) {
+  double most = 0;
+  for (int64_t v = 0; v < model->vertex_count; v++)
+    most = fmax(most, thrum_dot3(model->about + 3 * v, model->about + 3 * v));
+  return sqrt(most);
+}
+
 static void add_mesh(cJSON *object, const info *about) {
   const thrum_quality *quality = &about->quality;
   const double missing = NAN;
@@ -231,6 +240,8 @@ static void add_mesh(cJSON *object, const info *about) {
         object, "solids",
         thrum_solid_count_words(about->model->solid_form, about->model->solid_count).text);
   locking_json(object, about->model);
+  if (about->model->about)
+    json_number(object, "about_m", state_size(about->model));
 
   // counts, then what only a mesh has; null without one
   json_number(object, "regions", (double)about->model->region_count);
@@ -521,6 +532,9 @@ static const report_line head[] = {
                         "tetrahedra{ten_nodes? of ten nodes}}, "
                         "{regions} material{regions#|s}|none: a polynomial alone}"),
     REPORT_LINE("elements", "{elements}"),
+    REPORT_LINE("state",
+                "the model is about one, up to {about_m:.3g} m from the shape without stress",
+                .when = "about_m"),
     {0}};
 
 static const report_line body[] = {

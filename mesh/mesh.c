@@ -30,6 +30,7 @@ void thrum_mesh_free(thrum_mesh *mesh) {
   free(mesh->laws);
   free(mesh->elastic);
   free(mesh->springs);
+  free(mesh->about);
   for (int64_t i = 0; i < mesh->region_count && mesh->region_names; i++)
     free(mesh->region_names[i]);
   free(mesh->region_names);

@@ -62,7 +62,9 @@ typedef struct thrum_mesh {
   double *elastic;           /* elastic_count x THRUM_ELASTIC_NUMBERS, elastic.h; NULL: none */
   char **region_names;       /* region_count, NULL where the file has none; NULL: it has none */
   double
-      *springs; /* vertex_count x 3: stiffness to the ground along x, y and z [N/m]; NULL: none */
+      *springs;  /* vertex_count x 3: stiffness to the ground along x, y and z [N/m]; NULL: none */
+  double *about; /* vertex_count x 3: the state about which a model is made, a displacement from
+                    `vertices`, where nothing is stressed; of solids; NULL: that [m] */
   bool has_material; /* the file (or generator) said what it is made of; else all zero */
   int64_t group_count;
   thrum_group *groups;

@@ -22,6 +22,7 @@
 #include "precompute/basis/order_error.h"
 #include "precompute/basis/parameter_shapes.h"
 #include "precompute/estimate.h"
+#include "precompute/fem/about_state.h"
 #include "precompute/fem/rigid_modes.h"
 #include "precompute/model/model_fill.h"
 #include "precompute/model/single_precision.h"
@@ -100,6 +101,7 @@ static thrum_status run_assemble(pipeline *p, const thrum_reporter *reporter, th
   bool free_body = false;
   THRUM_TRY(
       thrum_fem_create_of_order(p->mesh, p->fixed, p->options.quadrature_order, &p->fem, error));
+  THRUM_TRY(thrum_fem_take_state(p->mesh, &p->fem, error));
   p->fem.ranks = p->ranks;
   p->fem.law = p->options.law;
   if (p->ranks)
@@ -151,6 +153,10 @@ static bool say_incompressible(const pipeline *p, thrum_error *error) {
 static thrum_status say_singular(const pipeline *p, thrum_error *error) {
   if (say_incompressible(p, error))
     return THRUM_SINGULAR;
+  if (p->mesh->about)
+    return thrum_error_set(error, THRUM_SINGULAR,
+                           "the stiffness about the state is not positive: the body has buckled "
+                           "there; ask for less of the state");
   return thrum_error_set(error, THRUM_SINGULAR,
                          "the stiffness is singular: a part hangs on by a vertex or an edge and "
                          "can still move, or the body is so thin that it has no stiffness across; "
@@ -629,6 +635,11 @@ thrum_status thrum_precompute(const thrum_mesh *mesh, const uint8_t *fixed,
     return thrum_error_set(error, THRUM_MISSING,
                            "the mesh says no material: give --young, --poisson and --density");
 
+  if (mesh->about && (p.options.cubature || p.options.parameters || p.options.imported ||
+                      p.options.actuator_count > 0 || mesh->springs))
+    return thrum_error_set(error, THRUM_UNSUPPORTED,
+                           "a model about a state goes without cubature points, parameters, "
+                           "actuators, springs to the ground and an imported basis");
   if (mesh->elastic_count > 0 && (p.options.cubature || p.options.parameters ||
                                   p.options.law != THRUM_LAW_STVK || mesh->solid_count == 0))
     return thrum_error_set(error, THRUM_UNSUPPORTED,

@@ -233,10 +233,10 @@ thrum_status thrum_layout_check_presence(const thrum_layout *layout, thrum_error
   static const int on_mesh[] = {THRUM_ARRAY_basis,   THRUM_ARRAY_group_ends,
                                 THRUM_ARRAY_rigid,   THRUM_ARRAY_midsides,
                                 THRUM_ARRAY_springs, THRUM_ARRAY_solid_form};
-  if (HAS(layout, elastic) && !HAS(layout, solid_form))
+  if ((HAS(layout, elastic) || HAS(layout, about)) && !HAS(layout, solid_form))
     return thrum_error_set(error, THRUM_MISSING,
-                           "array 'solid_form' is missing: 'elastic' is that of elements which it "
-                           "lists");
+                           "array 'solid_form' is missing: '%s' is that of elements which it lists",
+                           HAS(layout, elastic) ? "elastic" : "about");
   for (int i = 0; i < 6; i++)
     if (layout->data[on_mesh[i]] != NULL && !HAS(layout, vertices))
       return thrum_error_set(error, THRUM_MISSING, "array 'vertices' is missing: '%s' needs a mesh",

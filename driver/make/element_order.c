@@ -156,7 +156,7 @@ thrum_status element_order_refine(const precompute_request *request, const thrum
   order->finer_count = 0;
   thrum_refined_size size;
   THRUM_TRY(thrum_mesh_refined_size(mesh, &size, error));
-  if (size.elements == 0 || size.vertices > REFINED_MAX || mesh->springs != NULL)
+  if (size.elements == 0 || size.vertices > REFINED_MAX || mesh->springs != NULL || mesh->about)
     return THRUM_OK;
   const int64_t count = modes < ELEMENT_ORDER_FINER ? modes : ELEMENT_ORDER_FINER;
   thrum_precompute_options options = thrum_default_precompute_options();

@@ -41,6 +41,8 @@ static uint64_t hash_body(const thrum_model *model, int mass) {
     hash = hash_bytes(hash, model->point_law, (size_t)model->law_bytes);
   if (model->region_law)
     hash = hash_bytes(hash, model->region_law, (size_t)model->law_count);
+  if (model->about)
+    hash = hash_numbers(hash, model->about, 3 * model->vertex_count);
   if (model->elastic)
     hash = hash_numbers(hash, model->elastic, THRUM_ELASTIC_NUMBERS * model->elastic_count);
   if (model->region_yield)

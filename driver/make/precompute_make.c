@@ -6,6 +6,7 @@
 
 #include "config/message.h"
 #include "core/base/pi.h"
+#include "driver/make/about.h"
 #include "driver/make/precompute_dry.h"
 #include "driver/make/precompute_make.h"
 #include "driver/make/precompute_progress.h"
@@ -678,6 +679,8 @@ thrum_status precompute_make(const precompute_request *request, precompute_show 
   // directions of a material are those of solids
   if (mesh.elastic_count > 0)
     THRUM_THEN(status, thrum_mesh_make_solids(&mesh, error));
+  if (request->about)
+    THRUM_THEN(status, about_find(request->about, fixed, &mesh, error));
   if (status >= 0)
     outcome.fixed_count = count_held(&mesh, fixed); // middle nodes, too
   THRUM_THEN(status, find_handles(request, &mesh, handles, error));

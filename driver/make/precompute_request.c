@@ -3,6 +3,7 @@
 
 #include "config/message.h"
 #include "config/options.h"
+#include "driver/make/about.h"
 #include "driver/make/precompute_request.h"
 #include "driver/make/train_case.h"
 #include "driver/model/mesh_of_model.h"
@@ -62,6 +63,11 @@ static thrum_status take_handle(const config_given *given, void *request) {
 }
 
 /* Looked at here, and parsed again when the mesh has told its regions. */
+static thrum_status take_about(const config_given *given, void *request) {
+  ((precompute_request *)request)->about = given->text;
+  return about_option_check(given);
+}
+
 static thrum_status take_region_material(const config_given *given, void *request) {
   precompute_request *r = request;
   THRUM_TRY(region_material_option_check(given));
@@ -108,6 +114,12 @@ static const config_option options[] = {
                 "together in N/m along each axis, or KX,KY,KZ, such as mid:37 or 'x>0.99:0,0,2e3'; "
                 "several add up",
                 .repeats = true, .take = take_spring),
+
+    OPTION_TEXT("about", "STATE", "a body without stress",
+                "the state about which the model is made: stretch:EX,EY,EZ (strains by which what "
+                "is held moves), temperature:DT,ALPHA (a change in K and the expansion by K), or "
+                "FILE.npy of thrum static --displacements, the loads staying",
+                .path = CONFIG_PATH_IF_THERE, .take = take_about),
 
     // its material, its unit and its elements
     OPTION_GROUP(material_options, "", AT(material)),

@@ -63,6 +63,13 @@ thrum_status mesh_of_model_read(const char *path, thrum_mesh *mesh, uint8_t **fi
   uint8_t *held = NULL;
   bool whole = true;
   THRUM_TRY(thrum_model_load(path, &model, error));
+  if (model->about) {
+    thrum_model_destroy(model);
+    return thrum_error_set(error, THRUM_UNSUPPORTED,
+                           "%.200s is about a state, which is no shape to begin with: give the "
+                           "mesh that it was made from",
+                           path);
+  }
   thrum_status status = thrum_model_borrow_mesh(model, &lent, error);
   if (status >= 0 && thrum_model_actuators(model) > 0)
     config_warn("%s: its mesh is taken, and its actuators are not: give --actuator again", path);

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "platform/allocate.h"
+#include "precompute/fem/about_state.h"
 
 /* An energy this much larger than the last one looked at is looked at again, so that a run of any
  * length costs a few passes over the mesh. */
@@ -35,6 +36,7 @@ thrum_status condensed_check_open(const thrum_model *model, condensed_check *che
   // the mesh, without its matrices
   thrum_status status = thrum_model_borrow_mesh(shape, &check->mesh, error);
   THRUM_THEN(status, thrum_fem_create(&check->mesh, shape->fixed, &check->fem, error));
+  THRUM_THEN(status, thrum_fem_take_state(&check->mesh, &check->fem, error));
   THRUM_THEN(status, thrum_reserve(&check->q, shape->rank, sizeof *check->q,
                                    "the check of a condensed model", error));
   THRUM_THEN(status, thrum_reserve(&check->u, 3 * shape->vertex_count, sizeof *check->u,

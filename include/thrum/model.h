@@ -41,6 +41,8 @@ extern "C" {
 #define THRUM_MODEL_FORMAT_MINOR_SOLIDS 0
 /* added to the minor version by the array elastic */
 #define THRUM_MODEL_FORMAT_MINOR_ELASTIC 1
+/* and by the array about */
+#define THRUM_MODEL_FORMAT_MINOR_ABOUT 2
 /* Added to the minor version of another model with cubature points. */
 #define THRUM_MODEL_FORMAT_MINOR_POINTS 2
 /* Added to that of a model with parameters, `region_energy`. */
@@ -115,7 +117,7 @@ typedef enum thrum_actuator_kind {
  * together, with c3 and a mesh: thrum/parameters.h). With midsides the tetrahedra have
  * ten nodes: those of a row of tets, its corners, then the middle nodes of the edges 01, 12, 20,
  * 03, 13, 23. The four arrays of solids come together, with vertices and without midsides, and
- * elastic only with them. The five
+ * elastic and about only with them. The five
  * actuator arrays come together, actuator_cubic where some have volumes, and the three of guides
  * where some are tendons: thrum/actuation.h). */
 #define THRUM_MODEL_ARRAYS(X)                                                                      \
@@ -171,6 +173,8 @@ typedef enum thrum_actuator_kind {
   X(f8, elastic, elastic_count, 18, OPTIONAL,                                                      \
     "a row a layer: region, E 1, 2, 3, nu 12, 13, 23, G 12, 13, 23 [Pa], two directions, angle "   \
     "[rad], thickness")                                                                            \
+  X(f8, about, vertex_count, 3, OPTIONAL,                                                          \
+    "from the shape without stress to `vertices`, of a body about a state [m]")                    \
   X(u1, actuator_texts, actuator_bytes, 1, OPTIONAL,                                               \
     "NAME=SPEC of each actuator, as precompute --actuator has it, ended by one 0")                 \
   X(i4, actuator_kind, actuator_count, 1, OPTIONAL, "0 pressure, 1 eigenstrain, 2 tendon, 3 gas")  \

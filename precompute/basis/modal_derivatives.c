@@ -13,7 +13,7 @@
 #include <string.h>
 
 #include "platform/allocate.h"
-#include "precompute/fem/fem_tet.h"
+#include "precompute/fem/fem_solids.h"
 
 // what a mode does in a tet: its gradient G, and the stress S(sym G)
 typedef struct mode_in_tet {
@@ -56,9 +56,9 @@ static void add_law(const thrum_law_cubic *law, double i[3][3], double j[3][3],
   thrum_law_cubic_stress(law, strain[0], strain[1], total);
 }
 
-// S(sym(G_i^T G_j)) + G_i S_j + G_j S_i
-static void second_stress(const double *stiffness, double lambda, double mu, mode_in_tet *i,
-                          mode_in_tet *j, double total[3][3]) {
+// F S(sym(G_i^T G_j)) + G_i S_j + G_j S_i, F = 1 but in a state of the body
+static void second_stress(const double *stiffness, double lambda, double mu, const thrum_tet *state,
+                          mode_in_tet *i, mode_in_tet *j, double total[3][3]) {
   double product[3][3], strain[3][3];
   for (int c = 0; c < 3; c++)
     for (int d = 0; d < 3; d++)
@@ -68,6 +68,13 @@ static void second_stress(const double *stiffness, double lambda, double mu, mod
     for (int d = 0; d < 3; d++)
       strain[c][d] = (product[c][d] + product[d][c]) / 2;
   thrum_stress_of(stiffness, lambda, mu, strain, total);
+  for (int c = 0; c < 9 && state; c++) {
+    product[c / 3][c % 3] = 0;
+    for (int k = 0; k < 3; k++)
+      product[c / 3][c % 3] += state->deformation[c / 3][k] * total[k][c % 3];
+  }
+  if (state)
+    memcpy(total, product, sizeof product);
   for (int c = 0; c < 3; c++)
     for (int d = 0; d < 3; d++)
       for (int e = 0; e < 3; e++)
@@ -91,7 +98,7 @@ static void add_point(const thrum_fem *fem, int64_t t, int p, const int32_t *pai
   // each pair's second derivative of the stress acts on the nodes through the shape gradients
   for (int64_t b = 0; b < width; b++) {
     double total[3][3];
-    second_stress(NULL, fem->lambda[region], fem->mu[region], &modes[pairs[2 * b]],
+    second_stress(NULL, fem->lambda[region], fem->mu[region], NULL, &modes[pairs[2 * b]],
                   &modes[pairs[2 * b + 1]], total);
     if (name != THRUM_LAW_STVK)
       add_law(&law, modes[pairs[2 * b]].gradient, modes[pairs[2 * b + 1]].gradient, total);
@@ -286,7 +293,7 @@ static void add_rows(const thrum_fem *fem, int64_t s, const int32_t *pairs, int6
   const double *matrix = e->rows + e->row_begin[s];
   double rest[3 * THRUM_SOLID_EDGES_MAX], both[THRUM_SOLID_PRODUCTS_MAX];
   double stress[THRUM_SOLID_PRODUCTS_MAX];
-  thrum_solid_edges(node, nodes, fem->vertices, rest);
+  thrum_fem_solid_rest(fem, s, rest);
 
   // the linear strains of the modes
   for (int64_t i = pairs[0]; i < count; i++) {
@@ -314,6 +321,14 @@ static void add_rows(const thrum_fem *fem, int64_t s, const int32_t *pairs, int6
   }
 }
 
+// sym(F^T G) in a state of the body
+static double strain_of(const thrum_tet *state, double g[3][3], int c, int d) {
+  double sum = 0;
+  for (int k = 0; k < 3; k++)
+    sum += state->deformation[k][c] * g[k][d] + state->deformation[k][d] * g[k][c];
+  return sum / 2;
+}
+
 // the same of an element with points
 static void add_points(const thrum_fem *fem, int64_t s, const int32_t *pairs, int64_t width,
                        int64_t count, const double *modes, mode_in_tet *local, double *right) {
@@ -324,7 +339,9 @@ static void add_points(const thrum_fem *fem, int64_t s, const int32_t *pairs, in
   const double *stiffness = thrum_solid_stiffness(e, region);
   for (int64_t p = e->point_begin[s]; p < e->point_begin[s + 1]; p++) {
     double shape[THRUM_FEM_NODES_MAX][3];
+    thrum_tet state;
     thrum_solid_gradients(e, s, (int)(p - e->point_begin[s]), shape);
+    thrum_fem_solid_at(fem, s, (int)(p - e->point_begin[s]), NULL, &state);
 
     // gradients and stresses of the modes
     for (int64_t i = pairs[0]; i < count; i++) {
@@ -338,13 +355,14 @@ static void add_points(const thrum_fem *fem, int64_t s, const int32_t *pairs, in
         }
       for (int c = 0; c < 3; c++)
         for (int d = 0; d < 3; d++)
-          strain[c][d] = (local[i].gradient[c][d] + local[i].gradient[d][c]) / 2;
+          strain[c][d] = strain_of(&state, local[i].gradient, c, d);
       thrum_stress_of(stiffness, lambda, mu, strain, local[i].stress);
     }
 
     for (int64_t b = 0; b < width; b++) {
       double total[3][3];
-      second_stress(stiffness, lambda, mu, &local[pairs[2 * b]], &local[pairs[2 * b + 1]], total);
+      second_stress(stiffness, lambda, mu, fem->about ? &state : NULL, &local[pairs[2 * b]],
+                    &local[pairs[2 * b + 1]], total);
       for (int a = 0; a < nodes; a++)
         for (int c = 0; c < 3; c++)
           take_off(fem, node[a], c,

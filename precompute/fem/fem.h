@@ -52,6 +52,10 @@ typedef struct thrum_fem {
                             NULL, as it is made: none */
   double *density;       /* region_count [kg/m^3] */
   const double *springs; /* the mesh's, vertex_count x 3 [N/m]; NULL: none hold it to the ground */
+  const double *about; /* the mesh's: displacements are those from this state on, energy and forces
+                          those beyond its own, which dead loads balance; NULL: nothing stressed */
+  double *about_force; /* vertex_count x 3: forces of that state [N], */
+  double about_energy; /* and its energy [J] */
   const struct thrum_fem_acting *acting; /* fem_actuators.h, borrowed; NULL: nothing acts */
   int64_t *incident_begin;               /* vertex_count + 1 */
   int64_t *incident;           /* node_count tet_count: node_count t + node of the tets around each
@@ -106,7 +110,8 @@ void thrum_fem_shape_gradients(const thrum_fem *fem, int64_t t, int p,
 /* Makes the n x n pattern of the stiffness; values are zero. */
 thrum_status thrum_fem_pattern(const thrum_fem *fem, thrum_sparse *stiffness, thrum_error *error);
 
-/* Fills the pattern with K_full(u), the tangent stiffness at u (3 vertex_count; NULL: at rest). */
+/* Fills the pattern with K_full(u), the tangent stiffness at u (3 vertex_count; NULL: at rest, or
+ * in the state about which the body is). */
 thrum_status thrum_fem_stiffness(const thrum_fem *fem, const double *u, thrum_sparse *stiffness,
                                  thrum_error *error);
 

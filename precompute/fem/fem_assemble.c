@@ -440,5 +440,13 @@ double thrum_fem_energy(const thrum_fem *fem, const double *u, double *force) {
   if (fem->solids.count > 0)
     energy += thrum_fem_solids_energy(fem, u, force);
   energy += thrum_fem_acting_energy(fem, u, force);
+
+  // beyond the state about which the body is
+  energy -= fem->about ? fem->about_energy : 0;
+  for (int64_t c = 0; fem->about && c < 3 * fem->vertex_count; c++) {
+    energy -= fem->about_force[c] * u[c];
+    if (force)
+      force[c] -= fem->about_force[c];
+  }
   return energy + thrum_fem_add_springs(fem, 1, u, force);
 }

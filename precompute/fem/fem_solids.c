@@ -19,12 +19,39 @@ void thrum_fem_solid_at(const thrum_fem *fem, int64_t s, int p, const double *u,
   tet->law = THRUM_LAW_STVK;
   thrum_solid_gradients(e, s, p, tet->gradient);
   thrum_tet_displace(nodes, thrum_solid_node_count(e, s), u, tet);
+  if (fem->about) {
+    thrum_tet state = *tet;
+    thrum_tet_displace(nodes, thrum_solid_node_count(e, s), fem->about, &state);
+    for (int c = 0; c < 9; c++) {
+      tet->displacement[c / 3][c % 3] += state.displacement[c / 3][c % 3];
+      tet->deformation[c / 3][c % 3] += state.displacement[c / 3][c % 3];
+    }
+  }
   thrum_tet_respond(tet);
 }
 
 void thrum_fem_solid_edges(const thrum_fem *fem, int64_t s, const double *u, double *edges) {
-  const thrum_solid_elements *e = &fem->solids;
-  thrum_solid_edges(thrum_solid_nodes(e, s), thrum_solid_node_count(e, s), u, edges);
+  const int32_t *nodes = thrum_solid_nodes(&fem->solids, s);
+  const int count = thrum_solid_node_count(&fem->solids, s);
+  double state[EDGE_COMPONENTS];
+  memset(edges, 0, 3 * (size_t)(count - 1) * sizeof *edges);
+  if (u)
+    thrum_solid_edges(nodes, count, u, edges);
+  if (fem->about)
+    thrum_solid_edges(nodes, count, fem->about, state);
+  for (int c = 0; c < 3 * (count - 1) && fem->about; c++)
+    edges[c] += state[c];
+}
+
+void thrum_fem_solid_rest(const thrum_fem *fem, int64_t s, double *edges) {
+  const int32_t *nodes = thrum_solid_nodes(&fem->solids, s);
+  const int count = thrum_solid_node_count(&fem->solids, s);
+  double state[EDGE_COMPONENTS];
+  thrum_solid_edges(nodes, count, fem->vertices, edges);
+  if (fem->about)
+    thrum_solid_edges(nodes, count, fem->about, state);
+  for (int c = 0; c < 3 * (count - 1) && fem->about; c++)
+    edges[c] += state[c];
 }
 
 void thrum_fem_solid_add(const thrum_fem *fem, int64_t s, const double *edge_force, double scale,
@@ -43,7 +70,7 @@ static void take_products(const thrum_fem *fem, int64_t s, const double *u, doub
                           double *products) {
   const int nodes = thrum_solid_node_count(&fem->solids, s);
   double v[EDGE_COMPONENTS], half[EDGE_COMPONENTS];
-  thrum_fem_solid_edges(fem, s, fem->vertices, edges);
+  thrum_solid_edges(thrum_solid_nodes(&fem->solids, s), nodes, fem->vertices, edges);
   thrum_fem_solid_edges(fem, s, u, v);
 
   // s = Y v + 1/2 v v = (Y + v/2) v
@@ -152,6 +179,8 @@ void thrum_fem_solids_mean_force(const thrum_fem *fem, const double *from, const
       add_point_force(fem, s, &end, force);
     }
   }
+  for (int64_t c = 0; fem->about && c < 3 * fem->vertex_count; c++)
+    force[c] -= fem->about_force[c];
 }
 
 /* --- stiffness -------------------------------------------------------------------------------- */
@@ -166,11 +195,12 @@ static void row_stiffness(const thrum_fem *fem, int64_t s, const double *u, bool
   double stress[THRUM_SOLID_PRODUCTS_MAX] = {0};
   double k[EDGE_COMPONENTS][EDGE_COMPONENTS];
   memset(k, 0, sizeof k);
-  if (u)
+  const bool strained = u || fem->about;
+  if (strained)
     take_products(fem, s, u, edges, s_of_u);
   else
-    thrum_fem_solid_edges(fem, s, fem->vertices, edges);
-  if (u && !positive)
+    thrum_fem_solid_rest(fem, s, edges);
+  if (strained && !positive)
     take_stress(fem, s, s_of_u, stress);
 
   // the slope of each row, and its square

@@ -5,7 +5,10 @@
 
 #include "precompute/fem/fem_tet.h"
 
-/* Point p of element `s` under the displacement u, as thrum_tet_deform has it. */
+/* The edges of an element in the state of the body: at rest, where it is about none. */
+void thrum_fem_solid_rest(const thrum_fem *fem, int64_t s, double *edges);
+
+/* Point p of element `s` under the displacement u, as thrum_tet_deform has it; NULL: none. */
 void thrum_fem_solid_at(const thrum_fem *fem, int64_t s, int p, const double *u, thrum_tet *tet);
 
 /* Strain energy of all solids [J]; adds R(u) to force, which may be NULL. */
@@ -26,7 +29,8 @@ void thrum_fem_solid_stiffness(const thrum_fem *fem, int64_t s, const double *u,
 void thrum_fem_solid_mass(const thrum_fem *fem, thrum_mass kind, int64_t s, int a,
                           double masses[THRUM_SOLID_NODES_MAX]);
 
-/* The displacements of the edges of an element with rows, up to 3 THRUM_SOLID_EDGES_MAX. */
+/* The displacements of the edges of an element with rows from the shape without stress, up to 3
+ * THRUM_SOLID_EDGES_MAX, under u (NULL: none), and about the state of the body. */
 void thrum_fem_solid_edges(const thrum_fem *fem, int64_t s, const double *u, double *edges);
 
 /* The products of an element with rows at u, 0 at rest. */

@@ -6,6 +6,7 @@
 #include <stdlib.h>
 
 #include "platform/allocate.h"
+#include "precompute/fem/about_state.h"
 #include "precompute/fem/quadrature.h"
 #include "precompute/model/model_fill.h"
 #include "thrum/actuation.h"
@@ -13,6 +14,8 @@
 void thrum_model_return_mesh(thrum_mesh *mesh) {
   free(mesh->materials);
   free(mesh->laws);
+  if (mesh->about)
+    free(mesh->vertices);
   *mesh = (thrum_mesh){0};
 }
 
@@ -38,6 +41,16 @@ thrum_status thrum_model_borrow_mesh(const thrum_model *model, thrum_mesh *mesh,
   mesh->solid_ends = thrum_model_writable(model->solid_ends);
   mesh->solid_nodes = thrum_model_writable(model->solid_nodes);
   mesh->solid_tet_ends = thrum_model_writable(model->solid_tet_ends);
+
+  // the shape without stress is another one
+  mesh->about = thrum_model_writable(model->about);
+  if (mesh->about) {
+    mesh->vertices = NULL;
+    THRUM_TRY(thrum_reserve(&mesh->vertices, 3 * mesh->vertex_count, sizeof *mesh->vertices,
+                            "the mesh", error));
+    for (int64_t c = 0; c < 3 * mesh->vertex_count; c++)
+      mesh->vertices[c] = model->vertices[c] - model->about[c];
+  }
 
   // only materials and laws are of another form, so they are copied
   THRUM_TRY(thrum_reserve(&mesh->materials, mesh->region_count, sizeof *mesh->materials,
@@ -125,6 +138,7 @@ thrum_status thrum_model_fem_create(const thrum_model *model, thrum_model_fem *b
   // the mass is found by trying; the stiffness is that at rest
   THRUM_THEN(status, thrum_fem_create_of_order(&made.mesh, model->fixed, order_of(model), &made.fem,
                                                error));
+  THRUM_THEN(status, thrum_fem_take_state(&made.mesh, &made.fem, error));
   THRUM_THEN(status, thrum_fem_pattern(&made.fem, &made.stiffness, error));
   THRUM_THEN(status, make_mass(&made, model, error));
   THRUM_THEN(status, thrum_fem_stiffness(&made.fem, NULL, &made.stiffness, error));
@@ -141,6 +155,7 @@ thrum_status thrum_model_fem_elements(const thrum_model *model, thrum_model_fem 
   thrum_status status = thrum_model_borrow_mesh(model, &made.mesh, error);
   THRUM_THEN(status, thrum_fem_create_of_order(&made.mesh, model->fixed, order_of(model), &made.fem,
                                                error));
+  THRUM_THEN(status, thrum_fem_take_state(&made.mesh, &made.fem, error));
   made.fem.law = thrum_law_of_model(model);
   made.fem.laws = made.mesh.laws;
   if (status >= 0)

@@ -75,7 +75,8 @@ static thrum_status fill_reduced(int64_t rank, bool points, thrum_model *model,
   if (model->solid_count > 0) {
     format[0] = THRUM_MODEL_FORMAT_MAJOR_SOLIDS;
     format[1] = THRUM_MODEL_FORMAT_MINOR_SOLIDS +
-                (model->elastic_count > 0 ? THRUM_MODEL_FORMAT_MINOR_ELASTIC : 0);
+                (model->elastic_count > 0 ? THRUM_MODEL_FORMAT_MINOR_ELASTIC : 0) +
+                (model->about ? THRUM_MODEL_FORMAT_MINOR_ABOUT : 0);
   }
 
   // the polynomial, and the basis that it is of
@@ -130,6 +131,11 @@ thrum_status thrum_model_fill_mesh(const thrum_mesh *mesh, const uint8_t *fixed,
   if (mesh->springs)
     THRUM_TRY(keep(&model->springs, mesh->springs, 3 * vertices, sizeof(double), error));
   THRUM_TRY(fill_solids(mesh, model, error));
+  if (mesh->about)
+    THRUM_TRY(keep(&model->about, mesh->about, 3 * vertices, sizeof(double), error));
+  double *places = thrum_model_writable(model->vertices);
+  for (int64_t c = 0; c < 3 * vertices && mesh->about; c++)
+    places[c] += mesh->about[c];
   model->elastic_count = mesh->elastic_count;
   if (mesh->elastic_count > 0)
     THRUM_TRY(keep(&model->elastic, mesh->elastic, THRUM_ELASTIC_NUMBERS * mesh->elastic_count,

@@ -23,6 +23,7 @@
 #include <string.h>
 
 #include "platform/allocate.h"
+#include "precompute/fem/fem_solids.h"
 #include "thrum/model.h"
 #include "thrum/polynomial.h"
 
@@ -42,6 +43,8 @@ typedef struct panel {
   const double *stiffness[BLOCK]; /* C and R of points of elasticity with directions, NULL: none, */
   double root_weight[BLOCK];      /* and the root of their weight */
   bool directed;                  /* there are some in this block */
+  double (*place)[9];             /* BLOCK: F of the state of the body; NULL: it is 1 */
+  double *turned;                 /* 9 x BLOCK: F^T G of one vector */
   double *products;   /* columns x products of edges, of one solid with rows; NULL: there is none */
   double *edges;      /* rank x 3 edges of that */
   thrum_scope memory; /* of all arrays but the basis */
@@ -70,6 +73,10 @@ static thrum_status panel_create(const thrum_fem *fem, int64_t rank, const doubl
   if (has_others(p)) {
     p->stress = thrum_scope_allocate(&p->memory, squared * 6 * BLOCK, sizeof(double));
     p->force = thrum_scope_allocate(&p->memory, squared * 9 * BLOCK, sizeof(double));
+  }
+  if (fem->about) {
+    p->place = thrum_scope_allocate(&p->memory, BLOCK, sizeof *p->place);
+    p->turned = thrum_scope_allocate(&p->memory, 9 * BLOCK, sizeof *p->turned);
   }
   if (fem->solids.count > 0) {
     p->products =
@@ -156,9 +163,21 @@ static void fill_gradients(panel *p, int64_t first, int64_t count) {
   }
 }
 
+// about a state of gradient F the strain of first degree is sym(F^T G)
+static const double *turn_by_state(const panel *p, const double *g) {
+  if (!p->place)
+    return g;
+  for (int c = 0; c < 9; c++)
+    for (int s = 0; s < BLOCK; s++)
+      p->turned[c * BLOCK + s] = p->place[s][c / 3] * g[c % 3 * BLOCK + s] +
+                                 p->place[s][3 + c / 3] * g[(3 + c % 3) * BLOCK + s] +
+                                 p->place[s][6 + c / 3] * g[(6 + c % 3) * BLOCK + s];
+  return p->turned;
+}
+
 // W sym G of one basis vector
 static void fill_linear(const panel *p, int64_t i, double *restrict row) {
-  const double *restrict g = p->gradient + 9 * i * BLOCK;
+  const double *restrict g = turn_by_state(p, p->gradient + 9 * i * BLOCK);
   const double *restrict normal = p->weight[0], *restrict trace = p->weight[1],
                          *restrict shear = p->weight[2];
 
@@ -316,7 +335,7 @@ static void fill_products(panel *p, int64_t s) {
   const int nodes = thrum_solid_node_count(e, s), size = 3 * (nodes - 1);
   const int count = thrum_solid_products(nodes);
   double rest[3 * THRUM_SOLID_EDGES_MAX];
-  thrum_solid_edges(node, nodes, p->fem->vertices, rest);
+  thrum_fem_solid_rest(p->fem, s, rest);
   for (int64_t i = 0; i < p->rank; i++)
     for (int k = 0; k < size; k++) {
       const int64_t to = 3 * (int64_t)node[k / 3 + 1] + k % 3, from = 3 * (int64_t)node[0] + k % 3;
@@ -413,7 +432,13 @@ static void add_point_solids(panel *p, double *gram, double *others) {
       thrum_solid_gradients(e, s, (int)(point - e->point_begin[s]), shape);
       fill_nodes(p, thrum_solid_nodes(e, s), thrum_solid_node_count(e, s), shape, filled);
       weigh(p, e->region[s], e->weight[point], filled);
-      take_directions(p, e->region[s], e->weight[point], filled++);
+      take_directions(p, e->region[s], e->weight[point], filled);
+      if (p->place) {
+        thrum_tet tet;
+        thrum_fem_solid_at(p->fem, s, (int)(point - e->point_begin[s]), NULL, &tet);
+        memcpy(p->place[filled], tet.deformation, sizeof p->place[filled]);
+      }
+      filled++;
       if (filled == BLOCK) {
         add_block(p, gram, others);
         filled = 0;
@@ -446,6 +471,34 @@ static thrum_status accumulate(panel *p, double *gram, double *others,
     THRUM_TRY(thrum_report(reporter, (double)first / (double)points, error));
   }
   return p->fem->solids.count > 0 ? add_solids(p, gram, others, reporter, error) : THRUM_OK;
+}
+
+// linear = U^T K U about a state, where stresses are part of K
+static thrum_status about_linear(const thrum_fem *fem, int64_t rank, const double *basis,
+                                 double *linear, thrum_error *error) {
+  const int64_t n = fem->free_count;
+  thrum_sparse stiffness = {0};
+  thrum_scope memory = thrum_scope_begin("the polynomial", error);
+  double *vectors = thrum_scope_allocate(&memory, n * rank, sizeof *vectors);
+  double *images = thrum_scope_allocate(&memory, n * rank, sizeof *images);
+  thrum_status status = memory.status;
+  THRUM_THEN(status, thrum_fem_pattern(fem, &stiffness, error));
+  THRUM_THEN(status, thrum_fem_stiffness(fem, NULL, &stiffness, error));
+  if (status >= 0) {
+    for (int64_t i = 0; i < rank; i++)
+      for (int64_t f = 0; f < n; f++)
+        vectors[i * n + f] = basis[fem->component[f] * rank + i];
+    thrum_sparse_product(&stiffness, vectors, rank, images);
+    cblas_dgemm(CblasColMajor, CblasTrans, CblasNoTrans, (int)rank, (int)rank, (int)n, 1, vectors,
+                (int)n, images, (int)n, 0, linear, (int)rank);
+    for (int64_t i = 0; i < rank; i++)
+      for (int64_t j = 0; j < i; j++)
+        linear[i * rank + j] = linear[j * rank + i] =
+            (linear[i * rank + j] + linear[j * rank + i]) / 2;
+  }
+  thrum_sparse_free(&stiffness);
+  thrum_scope_free(&memory);
+  return status;
 }
 
 static void copy_linear(const double *gram, int64_t m, int64_t rank, double *linear) {
@@ -551,6 +604,8 @@ thrum_status thrum_polynomial_reduce(const thrum_fem *fem, int64_t rank, int64_t
   }
   free(others);
   free(gram);
+  if (fem->about)
+    THRUM_TRY(status >= 0 ? about_linear(fem, rank, basis, linear, error) : status);
   return status;
 }
 
@@ -564,5 +619,7 @@ thrum_status thrum_reduced_stiffness(const thrum_fem *fem, int64_t rank, const d
     thrum_ranks_sum(fem->ranks, linear, rank * rank);
   }
   free(gram);
+  if (fem->about)
+    THRUM_TRY(status >= 0 ? about_linear(fem, rank, basis, linear, error) : status);
   return status;
 }
