@@ -10,45 +10,19 @@
 #include <string.h>
 
 #include "accelerator/coefficients.h"
-#include "accelerator/device.h"
+#include "accelerator/crowd_private.h"
 #include "core/base/def.h"
 #include "thrum/actuation.h"
-#include "thrum/step_equation.h"
 
-#define GROUP 8        /* columns of a work-item of the product, as in crowd.cl */
-#define TOGETHER 64    /* bodies that counts are rounded up to */
-#define PART_MOST 4096 /* bodies of a part: a tile of each compute unit of a large device */
-#define RANK_MOST 128  /* whose coefficients take 273 MB as a matrix */
+#define TOGETHER 64           /* bodies that counts are rounded up to */
+#define PART_MOST 4096        /* bodies of a part: a tile of each compute unit of a large device */
+#define PART_MOST_POINTS 1024 /* whose arrays are longer */
+#define RANK_MOST 128         /* whose coefficients take 273 MB as a matrix */
 #define ITERATIONS_MOST 32
 #define QUEUE_STEPS 64 /* that are put into the queue before the host waits */
 
 static const char source[] = {
 #include "crowd_program.inc"
-};
-
-/* X(name): the passes, by their names in crowd.cl. */
-#define PASSES(X)                                                                                  \
-  X(products)                                                                                      \
-  X(shift_back) X(shift_on) X(multiply) X(force) X(begin) X(iterate) X(commit) X(kick) X(energies)
-
-struct thrum_crowd {
-  thrum_accelerator *accelerator;
-  thrum_crowd_def def;
-  int64_t rank, pairs, columns;
-  int64_t all, part; /* bodies with those that fill up, which rest; bodies of a part */
-  thrum_step_form form;
-  opencl_program program;
-#define X(name) opencl_kernel name;
-  PASSES(X)
-#undef X
-  /* of all bodies; of the model; of a part */
-  opencl_buffer q, p, timed, load, load_before, stopped;
-  opencl_buffer matrix, pair_list, omega2, length, drag;
-  opencl_buffer d, x, y3, y4, start3, start4, before, along_before, now, along, factor, worst;
-  opencl_buffer kinetic, strain;
-  void *staging;  /* rank x all numbers of the device's precision, or as many counts */
-  int64_t *flags; /* all */
-  int64_t made;   /* steps since the bodies were set */
 };
 
 void thrum_crowd_def_init(thrum_crowd_def *def, size_t size) {
@@ -81,10 +55,14 @@ static thrum_status check_def(const thrum_crowd_def *def, thrum_error *error) {
 
 static thrum_status check_model(const thrum_model *model, const thrum_state_def *state,
                                 thrum_error *error) {
-  if (!model->c3 || !model->c4)
-    return thrum_error_set(error, THRUM_UNSUPPORTED,
-                           "a crowd steps polynomials, and this model has none: make it without "
-                           "--cubature, or condense it");
+  const bool points = model->point_gradients != NULL;
+  if (points && (model->point_law || model->region_law || model->point_plastic))
+    return thrum_error_set(
+        error, THRUM_UNSUPPORTED,
+        "a crowd steps Saint Venant-Kirchhoff material, and the cubature points of "
+        "this model have another law");
+  if (!points && (!model->c3 || !model->c4))
+    return thrum_error_set(error, THRUM_MISSING, "the model has neither coefficients nor points");
   if (thrum_model_actuators(model) > 0)
     return thrum_error_set(error, THRUM_UNSUPPORTED,
                            "a crowd has no actuators, and this model has some: step it by "
@@ -178,20 +156,23 @@ static bool all_finite(const float *numbers, size_t count) {
   return true;
 }
 
-// the coefficients, and which coordinates each pair has
-static thrum_status send_model(thrum_crowd *crowd, const thrum_model *model, thrum_error *error) {
-  double length[RANK_MOST], drag[RANK_MOST], numbers[RANK_MOST];
-  THRUM_TRY(take_equation(crowd, model, length, drag, error));
-  const thrum_accelerator *a = crowd->accelerator;
-  const size_t vector = (size_t)crowd->rank * device_real(a);
-  narrow(crowd, model->omega2, crowd->rank, numbers);
-  THRUM_TRY(device_buffer(a, vector, numbers, &crowd->omega2, error));
-  narrow(crowd, length, crowd->rank, numbers);
-  THRUM_TRY(device_buffer(a, vector, numbers, &crowd->length, error));
-  narrow(crowd, drag, crowd->rank, numbers);
-  THRUM_TRY(device_buffer(a, vector, numbers, &crowd->drag, error));
+static thrum_status beyond_single(thrum_error *error) {
+  return thrum_error_set(error, THRUM_BAD_VALUE,
+                         "a coefficient of the model is beyond single precision");
+}
 
-  // columns beyond those that there are stay zero
+// columns beyond those that there are are zero
+static thrum_status send_matrix(thrum_crowd *crowd, const float *matrix, size_t entries,
+                                thrum_error *error) {
+  if (!all_finite(matrix, entries))
+    return beyond_single(error);
+  return device_buffer(crowd->accelerator, entries * sizeof *matrix, matrix, &crowd->matrix, error);
+}
+
+// the coefficients, and which coordinates each pair has
+static thrum_status send_coefficients(thrum_crowd *crowd, const thrum_model *model,
+                                      thrum_error *error) {
+  const thrum_accelerator *a = crowd->accelerator;
   const size_t entries = (size_t)((crowd->rank + crowd->pairs) * crowd->columns);
   float *const matrix = calloc(entries, sizeof *matrix);
   uint16_t *const pairs = calloc((size_t)crowd->pairs, 2 * sizeof *pairs);
@@ -207,18 +188,68 @@ static thrum_status send_model(thrum_crowd *crowd, const thrum_model *model, thr
         *next++ = (uint16_t)k;
         *next++ = (uint16_t)l;
       }
-    if (!all_finite(matrix, entries))
-      status = thrum_error_set(error, THRUM_BAD_VALUE,
-                               "a coefficient of the model is beyond single precision");
+    status = send_matrix(crowd, matrix, entries, error);
   }
-  if (status == THRUM_OK)
-    status = device_buffer(a, entries * sizeof *matrix, matrix, &crowd->matrix, error);
   if (status == THRUM_OK)
     status =
         device_buffer(a, (size_t)crowd->pairs * 2 * sizeof *pairs, pairs, &crowd->pair_list, error);
   free(matrix);
   free(pairs);
   return status;
+}
+
+// the gradients of the coordinates at the points, and what the points are
+static thrum_status send_points(thrum_crowd *crowd, const thrum_model *model, thrum_error *error) {
+  const thrum_accelerator *a = crowd->accelerator;
+  const int64_t count = crowd->points, rank = crowd->rank;
+  const size_t entries = (size_t)(rank * crowd->columns);
+  float *const matrix = calloc(entries, sizeof *matrix);
+  float *const numbers = calloc((size_t)count, 3 * sizeof *numbers);
+  thrum_status status = THRUM_OK;
+  if (!matrix || !numbers)
+    status = thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for %lld cubature points",
+                             (long long)count);
+  if (status == THRUM_OK) {
+    for (int64_t row = 0; row < 9 * count; row++)
+      for (int64_t i = 0; i < rank; i++)
+        matrix[i * crowd->columns + row] = (float)model->point_gradients[row * rank + i];
+    for (int64_t p = 0; p < count; p++) {
+      numbers[p] = (float)model->point_moduli[p];
+      numbers[count + p] = (float)model->point_moduli[count + p];
+      numbers[2 * count + p] = (float)model->point_weights[p];
+    }
+    status = all_finite(numbers, 3 * (size_t)count) ? send_matrix(crowd, matrix, entries, error)
+                                                    : beyond_single(error);
+  }
+  if (status == THRUM_OK)
+    status =
+        device_buffer(a, (size_t)count * 2 * sizeof *numbers, numbers, &crowd->point_moduli, error);
+  if (status == THRUM_OK)
+    status = device_buffer(a, (size_t)count * sizeof *numbers, numbers + 2 * count, &crowd->weights,
+                           error);
+  free(matrix);
+  free(numbers);
+  return status;
+}
+
+static thrum_status send_model(thrum_crowd *crowd, const thrum_model *model, thrum_error *error) {
+  double length[RANK_MOST], drag[RANK_MOST], numbers[RANK_MOST];
+  THRUM_TRY(take_equation(crowd, model, length, drag, error));
+  const thrum_accelerator *a = crowd->accelerator;
+  const size_t vector = (size_t)crowd->rank * device_real(a);
+  narrow(crowd, model->omega2, crowd->rank, numbers);
+  THRUM_TRY(device_buffer(a, vector, numbers, &crowd->omega2, error));
+  narrow(crowd, length, crowd->rank, numbers);
+  THRUM_TRY(device_buffer(a, vector, numbers, &crowd->length, error));
+  narrow(crowd, drag, crowd->rank, numbers);
+  THRUM_TRY(device_buffer(a, vector, numbers, &crowd->drag, error));
+
+  return crowd->points > 0 ? send_points(crowd, model, error)
+                           : send_coefficients(crowd, model, error);
+}
+
+static int64_t round_up(int64_t count, int64_t to) {
+  return (count + to - 1) / to * to;
 }
 
 static thrum_status make_passes(thrum_crowd *crowd, thrum_error *error) {
@@ -228,13 +259,19 @@ static thrum_status make_passes(thrum_crowd *crowd, thrum_error *error) {
            "-cl-std=CL1.2 %s -DRANK=%d -DPAIRS=%d -DPART=%d -DCOLUMNS=%d -DWIDE=%d -DLANES=%d",
            a->info.single ? "" : "-DWITH_DOUBLE", (int)crowd->rank, (int)crowd->pairs,
            (int)crowd->part, (int)crowd->columns, a->wide, a->lanes);
+  if (crowd->points > 0)
+    snprintf(options + strlen(options), sizeof options - strlen(options), " -DPOINTS=%d",
+             (int)crowd->points);
   THRUM_TRY(device_program(a, source, sizeof source, options, &crowd->program, error));
   int32_t code;
 #define X(name)                                                                                    \
-  crowd->name = a->cl.clCreateKernel(crowd->program, #name, &code);                                \
-  if (!crowd->name)                                                                                \
+  crowd->pass_##name = a->cl.clCreateKernel(crowd->program, #name, &code);                         \
+  if (!crowd->pass_##name)                                                                         \
     return device_failure(code, "the pass " #name " is made", error);
   PASSES(X)
+  if (crowd->points > 0) {
+    POINT_PASSES(X)
+  }
 #undef X
   return THRUM_OK;
 }
@@ -242,7 +279,8 @@ static thrum_status make_passes(thrum_crowd *crowd, thrum_error *error) {
 static thrum_status make_arrays(thrum_crowd *crowd, thrum_error *error) {
   const thrum_accelerator *a = crowd->accelerator;
   const size_t real = device_real(a), all = (size_t)crowd->all, rank = (size_t)crowd->rank,
-               part = (size_t)crowd->part, columns = (size_t)crowd->columns;
+               part = (size_t)crowd->part, pairs = (size_t)round_up(crowd->pairs, GROUP),
+               points = crowd->points > 0 ? (size_t)crowd->columns : 0;
   const struct {
     opencl_buffer *buffer;
     size_t size;
@@ -261,15 +299,20 @@ static thrum_status make_arrays(thrum_crowd *crowd, thrum_error *error) {
       {&crowd->now, rank * part * real},
       {&crowd->along, rank * part * real},
       {&crowd->x, (size_t)(crowd->rank + crowd->pairs) * part * sizeof(float)},
-      {&crowd->y3, columns * part * sizeof(float)},
-      {&crowd->y4, columns * part * sizeof(float)},
-      {&crowd->start3, columns * part * sizeof(float)},
-      {&crowd->start4, columns * part * sizeof(float)},
+      {&crowd->y3, pairs * part * sizeof(float)},
+      {&crowd->y4, pairs * part * sizeof(float)},
+      {&crowd->start3, pairs * part * sizeof(float)},
+      {&crowd->start4, pairs * part * sizeof(float)},
       {&crowd->factor, (size_t)crowd->pairs * part * sizeof(float)},
       {&crowd->worst, part * sizeof(float)},
+      {&crowd->g, points * part * sizeof(float)},
+      {&crowd->g_along, points * part * sizeof(float)},
+      {&crowd->pull, points * part * sizeof(float)},
+      {&crowd->pull_along, points * part * sizeof(float)},
   };
   for (size_t i = 0; i < sizeof arrays / sizeof *arrays; i++)
-    THRUM_TRY(device_buffer(a, arrays[i].size, NULL, arrays[i].buffer, error));
+    if (arrays[i].size > 0)
+      THRUM_TRY(device_buffer(a, arrays[i].size, NULL, arrays[i].buffer, error));
   crowd->staging = malloc(rank * all * real);
   crowd->flags = malloc(all * sizeof *crowd->flags);
   if (!crowd->staging || !crowd->flags)
@@ -277,16 +320,14 @@ static thrum_status make_arrays(thrum_crowd *crowd, thrum_error *error) {
   return THRUM_OK;
 }
 
-static int64_t round_up(int64_t count, int64_t to) {
-  return (count + to - 1) / to * to;
-}
-
 static thrum_status make_crowd(thrum_crowd *crowd, const thrum_model *model, thrum_error *error) {
   crowd->rank = model->rank;
   crowd->pairs = model->rank * (model->rank + 1) / 2;
-  crowd->columns = round_up(crowd->pairs, GROUP);
+  crowd->points = model->point_gradients ? model->point_count : 0;
+  crowd->columns = round_up(crowd->points > 0 ? 9 * crowd->points : crowd->pairs, GROUP);
   crowd->all = round_up(crowd->def.count, TOGETHER);
-  crowd->part = crowd->all < PART_MOST ? crowd->all : PART_MOST;
+  const int64_t most = crowd->points > 0 ? PART_MOST_POINTS : PART_MOST;
+  crowd->part = crowd->all < most ? crowd->all : most;
   THRUM_TRY(send_model(crowd, model, error));
   THRUM_TRY(make_passes(crowd, error));
   THRUM_TRY(make_arrays(crowd, error));
@@ -326,18 +367,24 @@ void thrum_crowd_destroy(thrum_crowd *crowd) {
   if (!crowd)
     return;
   const opencl_library *cl = &crowd->accelerator->cl;
-  opencl_buffer *const buffers[] = {
-      &crowd->timed,        &crowd->load_before, &crowd->q,      &crowd->p,      &crowd->load,
-      &crowd->stopped,      &crowd->matrix,      &crowd->omega2, &crowd->length, &crowd->drag,
-      &crowd->pair_list,    &crowd->d,           &crowd->x,      &crowd->y3,     &crowd->y4,
-      &crowd->start3,       &crowd->start4,      &crowd->before, &crowd->now,    &crowd->along,
-      &crowd->along_before, &crowd->factor,      &crowd->worst,  &crowd->strain, &crowd->kinetic};
+  opencl_buffer *const buffers[] = {&crowd->weights, &crowd->point_moduli, &crowd->g,
+                                    &crowd->g_along, &crowd->pull,         &crowd->pull_along,
+                                    &crowd->timed,   &crowd->load_before,  &crowd->q,
+                                    &crowd->p,       &crowd->load,         &crowd->stopped,
+                                    &crowd->matrix,  &crowd->omega2,       &crowd->length,
+                                    &crowd->drag,    &crowd->pair_list,    &crowd->d,
+                                    &crowd->x,       &crowd->y3,           &crowd->y4,
+                                    &crowd->start3,  &crowd->start4,       &crowd->before,
+                                    &crowd->now,     &crowd->along,        &crowd->along_before,
+                                    &crowd->factor,  &crowd->worst,        &crowd->strain,
+                                    &crowd->kinetic};
   for (size_t i = 0; i < sizeof buffers / sizeof *buffers; i++)
     device_release(crowd->accelerator, buffers[i]);
 #define X(name)                                                                                    \
-  if (crowd->name)                                                                                 \
-    cl->clReleaseKernel(crowd->name);
+  if (crowd->pass_##name)                                                                          \
+    cl->clReleaseKernel(crowd->pass_##name);
   PASSES(X)
+  POINT_PASSES(X)
 #undef X
   if (crowd->program)
     cl->clReleaseProgram(crowd->program);
@@ -346,156 +393,7 @@ void thrum_crowd_destroy(thrum_crowd *crowd) {
   free(crowd);
 }
 
-/* --- passes ----------------------------------------------------------------------------------- */
-
-/* A part of the bodies, from `at` on, and what its passes take besides: `count` is the distance of
- * the rows of all bodies. */
-typedef struct part {
-  thrum_crowd *crowd;
-  int64_t at, count;
-  size_t bodies; /* of it */
-} part;
-
-static part part_at(thrum_crowd *crowd, int64_t at) {
-  const int64_t left = crowd->all - at;
-  return (part){.crowd = crowd,
-                .at = at,
-                .count = crowd->all,
-                .bodies = (size_t)(left < crowd->part ? left : crowd->part)};
-}
-
-#define A(x) DEVICE_ARGUMENT(x)
-#define COUNT(list) (uint32_t)(sizeof(list) / sizeof *(list))
-
-// a real argument takes the precision of the device
-typedef struct real_argument {
-  double wide;
-  float narrow;
-} real_argument;
-
-static device_argument real_of(const thrum_crowd *crowd, real_argument *kept, double value) {
-  *kept = (real_argument){value, (float)value};
-  if (crowd->accelerator->info.single)
-    return (device_argument)A(kept->narrow);
-  return (device_argument)A(kept->wide);
-}
-
-// T and R at q + share d need these two products
-static thrum_status multiply(const part *t, double share, opencl_buffer y3, opencl_buffer y4,
-                             thrum_error *error) {
-  thrum_crowd *c = t->crowd;
-  real_argument kept;
-  const device_argument products[] = {
-      A(c->q), A(c->d), real_of(c, &kept, share), A(c->pair_list), A(c->x), A(t->at), A(t->count)};
-  const size_t lanes = (size_t)c->accelerator->lanes, wide = (size_t)c->accelerator->wide;
-  const size_t rows[2] = {t->bodies / lanes, (size_t)(c->rank + c->pairs)};
-  THRUM_TRY(device_run(c->accelerator, c->products, products, COUNT(products), rows, NULL, error));
-
-  const size_t items[2] = {t->bodies / wide, (size_t)(c->columns / GROUP)};
-  const int32_t zero = 0, rank = (int32_t)c->rank, pairs = (int32_t)c->pairs;
-  const device_argument cubic[] = {A(c->matrix), A(c->x), A(zero), A(rank), A(y3)};
-  const device_argument quartic[] = {A(c->matrix), A(c->x), A(rank), A(pairs), A(y4)};
-  THRUM_TRY(device_run(c->accelerator, c->multiply, cubic, COUNT(cubic), items, NULL, error));
-  return device_run(c->accelerator, c->multiply, quartic, COUNT(quartic), items, NULL, error);
-}
-
-/* An item for LANES bodies, or for each; and for each coordinate of them. */
-static void items_of(const part *t, bool lanes, bool coordinates, size_t items[2]) {
-  items[0] = lanes ? t->bodies / (size_t)t->crowd->accelerator->lanes : t->bodies;
-  items[1] = coordinates ? (size_t)t->crowd->rank : 1;
-}
-
-static thrum_status run(const part *t, opencl_kernel kernel, const device_argument *arguments,
-                        uint32_t count, bool lanes, bool coordinates, thrum_error *error) {
-  size_t items[2];
-  items_of(t, lanes, coordinates, items);
-  return device_run(t->crowd->accelerator, kernel, arguments, count, items, NULL, error);
-}
-
-static thrum_status force(const part *t, double share, opencl_buffer y3, opencl_buffer y4,
-                          opencl_buffer f, opencl_buffer along, thrum_error *error) {
-  thrum_crowd *c = t->crowd;
-  real_argument kept;
-  const device_argument arguments[] = {
-      A(c->q),  A(c->d),    real_of(c, &kept, share), A(c->omega2), A(y3), A(y4), A(f), A(along),
-      A(t->at), A(t->count)};
-  return run(t, c->force, arguments, COUNT(arguments), true, true, error);
-}
-
-static thrum_status begin(const part *t, thrum_error *error) {
-  thrum_crowd *c = t->crowd;
-  const device_argument arguments[] = {A(c->p), A(c->length), A(c->d), A(t->at), A(t->count)};
-  return run(t, c->begin, arguments, COUNT(arguments), true, true, error);
-}
-
-static thrum_status iterate(const part *t, int32_t mean, thrum_error *error) {
-  thrum_crowd *c = t->crowd;
-  const device_argument arguments[] = {A(c->p),      A(c->load),   A(c->length), A(c->drag),
-                                       A(c->omega2), A(c->before), A(c->now),    A(c->along_before),
-                                       A(c->along),  A(c->y3),     A(c->y4),     A(mean),
-                                       A(c->factor), A(c->d),      A(c->worst),  A(t->at),
-                                       A(t->count)};
-  return run(t, c->iterate, arguments, COUNT(arguments), true, false, error);
-}
-
-static thrum_status commit(const part *t, int64_t made, thrum_error *error) {
-  thrum_crowd *c = t->crowd;
-  const float tolerance = (float)c->def.tolerance;
-  const device_argument arguments[] = {A(c->q),     A(c->p),      A(c->d),       A(c->length),
-                                       A(c->worst), A(tolerance), A(c->stopped), A(made),
-                                       A(t->at),    A(t->count)};
-  return run(t, c->commit, arguments, COUNT(arguments), false, false, error);
-}
-
-static thrum_status kick(const part *t, int64_t made, thrum_error *error) {
-  thrum_crowd *c = t->crowd;
-  real_argument kept;
-  const device_argument arguments[] = {A(c->q),
-                                       A(c->p),
-                                       A(c->now),
-                                       A(c->load),
-                                       A(c->load_before),
-                                       A(c->drag),
-                                       real_of(c, &kept, c->def.state.dt),
-                                       A(c->stopped),
-                                       A(made),
-                                       A(t->at),
-                                       A(t->count)};
-  return run(t, c->kick, arguments, COUNT(arguments), false, false, error);
-}
-
-// R at q into `now`
-static thrum_status force_here(const part *t, thrum_error *error) {
-  thrum_crowd *c = t->crowd;
-  THRUM_TRY(begin(t, error));
-  THRUM_TRY(multiply(t, 0.0, c->y3, c->y4, error));
-  return force(t, 0.0, c->y3, c->y4, c->now, c->along, error);
-}
-
 /* --- steps ------------------------------------------------------------------------------------ */
-
-static thrum_status step_part(const part *t, int64_t made, thrum_error *error) {
-  thrum_crowd *c = t->crowd;
-  if (c->form == THRUM_STEP_VERLET) {
-    THRUM_TRY(force_here(t, error));
-    return kick(t, made, error);
-  }
-  THRUM_TRY(begin(t, error));
-
-  // the discrete gradient takes the forces at both ends, the midpoint rule that in the middle
-  const bool mean = c->form != THRUM_STEP_MIDPOINT;
-  const double share = mean ? 1.0 : 0.5;
-  if (mean)
-    THRUM_TRY(multiply(t, 0.0, c->start3, c->start4, error));
-  for (int32_t k = 0; k < c->def.iterations; k++) {
-    if (mean)
-      THRUM_TRY(force(t, 0.0, c->start3, c->start4, c->before, c->along_before, error));
-    THRUM_TRY(multiply(t, share, c->y3, c->y4, error));
-    THRUM_TRY(force(t, share, c->y3, c->y4, c->now, c->along, error));
-    THRUM_TRY(iterate(t, mean, error));
-  }
-  return commit(t, made, error);
-}
 
 thrum_status thrum_crowd_step(thrum_crowd *crowd, int64_t steps, int64_t *stopped,
                               thrum_error *error) {
@@ -503,9 +401,9 @@ thrum_status thrum_crowd_step(thrum_crowd *crowd, int64_t steps, int64_t *stoppe
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "the crowd is NULL, or steps is below 0");
   const thrum_accelerator *a = crowd->accelerator;
   for (int64_t at = 0; at < crowd->all; at += crowd->part) {
-    const part t = part_at(crowd, at);
+    const crowd_part t = crowd_part_at(crowd, at);
     for (int64_t k = 0; k < steps; k++) {
-      THRUM_TRY(step_part(&t, crowd->made + k, error));
+      THRUM_TRY(crowd_step_part(&t, crowd->made + k, error));
 
       // a queue without an end takes the memory of the host
       if (k % QUEUE_STEPS == QUEUE_STEPS - 1)
@@ -538,19 +436,10 @@ thrum_status thrum_crowd_step(thrum_crowd *crowd, int64_t steps, int64_t *stoppe
 
 /* --- in and out ------------------------------------------------------------------------------- */
 
-// p of the time of q, and p half a step before it (staggered_momentum.c of the core)
-static thrum_status shift(thrum_crowd *c, bool back, thrum_error *error) {
-  real_argument kept;
-  const device_argument h = real_of(c, &kept, c->def.state.dt);
-  for (int64_t at = 0; at < c->all; at += c->part) {
-    const part t = part_at(c, at);
-    THRUM_TRY(force_here(&t, error));
-    const device_argument to[] = {A(c->p), A(c->now), A(c->load_before), A(c->drag),
-                                  h,       A(t.at),   A(t.count)};
-    const device_argument from[] = {A(c->p), A(c->now),   A(c->load_before), A(c->drag),
-                                    h,       A(c->timed), A(t.at),           A(t.count)};
-    THRUM_TRY(run(&t, back ? c->shift_back : c->shift_on, back ? to : from,
-                  back ? COUNT(to) : COUNT(from), false, true, error));
+static thrum_status shift(thrum_crowd *crowd, bool back, thrum_error *error) {
+  for (int64_t at = 0; at < crowd->all; at += crowd->part) {
+    const crowd_part t = crowd_part_at(crowd, at);
+    THRUM_TRY(crowd_shift_part(&t, back, error));
   }
   return THRUM_OK;
 }
@@ -627,13 +516,8 @@ thrum_status thrum_crowd_energies(thrum_crowd *crowd, double *kinetic, double *s
   opencl_buffer timed;
   THRUM_TRY(take_timed(crowd, &timed, error));
   for (int64_t at = 0; at < crowd->all; at += crowd->part) {
-    const part t = part_at(crowd, at);
-    THRUM_TRY(begin(&t, error));
-    THRUM_TRY(multiply(&t, 0.0, crowd->y3, crowd->y4, error));
-    const device_argument arguments[] = {A(crowd->q),      A(timed),     A(crowd->omega2),
-                                         A(crowd->y3),     A(crowd->y4), A(crowd->kinetic),
-                                         A(crowd->strain), A(t.at),      A(t.count)};
-    THRUM_TRY(run(&t, crowd->energies, arguments, COUNT(arguments), true, false, error));
+    const crowd_part t = crowd_part_at(crowd, at);
+    THRUM_TRY(crowd_energies_part(&t, timed, error));
   }
   double *const parts[] = {kinetic, strain};
   const opencl_buffer buffers[] = {crowd->kinetic, crowd->strain};

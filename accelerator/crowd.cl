@@ -5,6 +5,9 @@
  *   T(q) = omega^2 + [A3' q + A4' m],  m = (q_k q_l, k <= l),  columns (a, b), a <= b
  *   R(q) = omega^2 q + (A3' q) q / 2 + (A4' m) q / 3,   V likewise with 1/6 and 1/12
  *
+ * With POINTS cubature points V is a sum over these (core/polynomial/points.h), A has the gradients of
+ * the coordinates at them, nine numbers a point, and T - omega^2 goes where A4' m is above.
+ *
  * RANK r, PAIRS r (r + 1) / 2, PART bodies of a part, COLUMNS PAIRS rounded up to whole groups. A
  * work-item of `multiply` has WIDE bodies, one of the others LANES: as many as a processor has in a
  * vector, or one, where the work-items are the lanes. Counts are multiples of both.
@@ -88,6 +91,12 @@ kernel void multiply(global const float *a, global const float *x, int first, in
     VECTOR(vstore, WIDE)(sum[i], 0, y + (column + i) * PART + c);
 }
 
+/* d as the rows that the gradients are multiplied with. */
+kernel void increments(global const real *d, global float *x) {
+  const int c = get_global_id(0) * LANES, i = get_global_id(1);
+  STORE(TO_FLOATS(LOAD(d + i * PART + c)), x + i * PART + c);
+}
+
 // the column of the pair (i, j) of a symmetric matrix
 int column_of(int i, int j) {
   const int a = min(i, j), b = max(i, j);
@@ -110,6 +119,151 @@ kernel void force(global const real *q, global const real *d, real share, global
   STORE(sum, f + i * PART + c);
   STORE(product, along + i * PART + c);
 }
+
+#ifdef POINTS
+/* What the energy of a point adds to that of small strains, Saint Venant-Kirchhoff material: with
+ * N = G'G/2, E = sym G + N, S = C:E and T = C:N, the energy N:(S - T/2), its derivative P = T + G S
+ * by G, and along D, with dN = sym(G'D) and dE = sym D + dN, dP = C:dN + D S + G C:dE. */
+typedef struct point {
+  floats g[9], s[9], t[9]; /* rows of G, S, T */
+  float lambda, mu;
+} point;
+
+// lambda tr(e) 1 + 2 mu e of a symmetric e
+void hooke(float lambda, float mu, const floats *e, floats *out) {
+  const floats trace = lambda * (e[0] + e[4] + e[8]);
+  for (int k = 0; k < 9; k++)
+    out[k] = 2 * mu * e[k] + (k % 4 == 0 ? trace : (floats)0);
+}
+
+// the symmetric part of a' b
+void pulled(const floats *a, const floats *b, floats *out) {
+  for (int i = 0; i < 3; i++)
+    for (int j = 0; j < 3; j++) {
+      out[3 * i + j] = 0;
+      for (int k = 0; k < 3; k++)
+        out[3 * i + j] += (a[3 * k + i] * b[3 * k + j] + a[3 * k + j] * b[3 * k + i]) / 2;
+    }
+}
+
+floats symmetric(const floats *a, int k) {
+  return (a[k] + a[3 * (k % 3) + k / 3]) / 2;
+}
+
+void take_point(global const float *g, global const float *moduli, int p, int c, point *at) {
+  floats n[9], e[9];
+  at->lambda = moduli[p];
+  at->mu = moduli[POINTS + p];
+  for (int k = 0; k < 9; k++)
+    at->g[k] = LOAD(g + (9 * p + k) * PART + c);
+  pulled(at->g, at->g, n);
+  for (int k = 0; k < 9; k++) {
+    n[k] /= 2;
+    e[k] = symmetric(at->g, k) + n[k];
+  }
+  hooke(at->lambda, at->mu, n, at->t);
+  hooke(at->lambda, at->mu, e, at->s);
+}
+
+// entry (i, j) of a product of two
+floats entry_of(const floats *a, const floats *b, int i, int j) {
+  return a[3 * i] * b[j] + a[3 * i + 1] * b[3 + j] + a[3 * i + 2] * b[6 + j];
+}
+
+void along_of(const point *at, const floats *d, floats *out) {
+  floats n[9], e[9], cn[9], ce[9];
+  pulled(at->g, d, n);
+  for (int k = 0; k < 9; k++)
+    e[k] = symmetric(d, k) + n[k];
+  hooke(at->lambda, at->mu, n, cn);
+  hooke(at->lambda, at->mu, e, ce);
+  for (int k = 0; k < 9; k++)
+    out[k] = cn[k] + entry_of(d, at->s, k / 3, k % 3) + entry_of(at->g, ce, k / 3, k % 3);
+}
+
+/* The weight times P at each point, and times dP along gd. */
+kernel void points(global const float *g, global const float *gd, global const float *moduli,
+                   global const float *weights, global float *pull, global float *pull_along) {
+  const int c = get_global_id(0) * LANES, p = get_global_id(1);
+  point at;
+  floats d[9], change[9];
+  take_point(g, moduli, p, c, &at);
+  for (int k = 0; k < 9; k++)
+    d[k] = LOAD(gd + (9 * p + k) * PART + c);
+  along_of(&at, d, change);
+  for (int k = 0; k < 9; k++) {
+    const floats stress = at.t[k] + entry_of(at.g, at.s, k / 3, k % 3);
+    STORE(weights[p] * stress, pull + (9 * p + k) * PART + c);
+    STORE(weights[p] * change[k], pull_along + (9 * p + k) * PART + c);
+  }
+}
+
+/* R and the part of T d that is not linear, as `force` has them. */
+kernel void point_force(global const real *q, global const real *d, real share,
+                        global const real *omega2, global const float *a,
+                        global const float *pull, global const float *pull_along, global real *f,
+                        global real *along, long at, long count) {
+  BODIES;
+  const int i = get_global_id(1);
+  reals sum = 0, product = 0;
+  for (int k = 0; k < 9 * POINTS; k++) {
+    sum += TO_REALS(a[i * COLUMNS + k] * LOAD(pull + k * PART + c));
+    product += TO_REALS(a[i * COLUMNS + k] * LOAD(pull_along + k * PART + c));
+  }
+  STORE(omega2[i] * place(q, d, share, i, c, n, count) + sum, f + i * PART + c);
+  STORE(product, along + i * PART + c);
+}
+
+/* Row i of T - omega^2 up to the diagonal into y4, and 0 into y3. */
+kernel void point_tangent(global const float *a, global const float *g,
+                          global const float *moduli, global const float *weights,
+                          global float *y3, global float *y4) {
+  const int c = get_global_id(0) * LANES, i = get_global_id(1);
+  floats row[RANK];
+  for (int j = 0; j <= i; j++)
+    row[j] = 0;
+  for (int p = 0; p < POINTS; p++) {
+    point at;
+    floats d[9], change[9];
+    take_point(g, moduli, p, c, &at);
+    for (int k = 0; k < 9; k++)
+      d[k] = weights[p] * a[i * COLUMNS + 9 * p + k];
+    along_of(&at, d, change);
+    for (int j = 0; j <= i; j++)
+      for (int k = 0; k < 9; k++)
+        row[j] += a[j * COLUMNS + 9 * p + k] * change[k];
+  }
+  for (int j = 0; j <= i; j++) {
+    STORE(row[j], y4 + column_of(j, i) * PART + c);
+    STORE((floats)0, y3 + column_of(j, i) * PART + c);
+  }
+}
+
+/* Kinetic and strain energy. */
+kernel void point_energies(global const real *q, global const real *p, global const real *omega2,
+                           global const float *g, global const float *moduli,
+                           global const float *weights, global real *kinetic, global real *strain,
+                           long at, long count) {
+  BODIES;
+  reals half_square = 0, potential = 0;
+  for (int i = 0; i < RANK; i++) {
+    const reals q_i = LOAD(q + i * count + n), p_i = LOAD(p + i * count + n);
+    half_square += p_i * p_i / 2;
+    potential += omega2[i] * q_i * q_i / 2;
+  }
+  for (int k = 0; k < POINTS; k++) {
+    point here;
+    floats small[9], energy = 0;
+    take_point(g, moduli, k, c, &here);
+    pulled(here.g, here.g, small);
+    for (int e = 0; e < 9; e++)
+      energy += small[e] / 2 * (here.s[e] - here.t[e] / 2);
+    potential += TO_REALS(weights[k] * energy);
+  }
+  STORE(half_square, kinetic + n);
+  STORE(potential, strain + n);
+}
+#endif
 
 /* The first increment of a step: where the body goes without forces. */
 kernel void begin(global const real *p, global const real *length, global real *d, long at,

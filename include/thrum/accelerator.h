@@ -14,8 +14,9 @@
  * a step differs from one of thrum_step by about 1e-7 of the force of what is not linear. All sums
  * have a fixed order: a device gives the same bits in each run.
  *
- * Models of polynomials, condensed ones too. What a crowd cannot step is refused with
- * THRUM_UNSUPPORTED: models of cubature points, actuators, other integrators, tangent damping.
+ * Models of polynomials, condensed ones too, and of cubature points of Saint Venant-Kirchhoff
+ * material. What a crowd cannot step is refused with THRUM_UNSUPPORTED: other laws, actuators,
+ * other integrators, tangent damping.
  *
  * The library needs libthrum, libm and the C library's dlopen; OpenCL 1.2 is looked for by
  * thrum_accelerator_create. Memory: _create allocates, on the host and on the device; a step does

@@ -3,6 +3,7 @@
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include "tests/support/condensed_support.h"
+#include "tests/support/points_support.h"
 
 #include "thrum/accelerator.h"
 
@@ -174,6 +175,54 @@ static void test_parts_and_bits(void **unused) {
   thrum_accelerator_destroy(accelerator);
 }
 
+/* A model of cubature points, by each integrator; its energies, too. */
+static void test_points(void **unused) {
+  (void)unused;
+  enum { COUNT = 11 };
+  const thrum_integrator all[] = {THRUM_INTEGRATOR_VERLET, THRUM_INTEGRATOR_MIDPOINT,
+                                  THRUM_INTEGRATOR_ENERGY};
+  thrum_accelerator *const accelerator = take_device(0);
+  both body;
+  points_make(&body, 9, RANK, COUNT, 0.4);
+  random_model straight;
+  random_model_make(&straight, 9, RANK, 1, 3, INFINITY);
+  for (size_t k = 0; k < sizeof all / sizeof *all; k++) {
+    thrum_crowd_def def = crowd_of(all[k], 0.1);
+    bodies here, there, linear;
+    bodies_make(&here, 7, 0.5);
+    for (int i = 0; i < BODIES * RANK; i++) {
+      here.p[i] /= 20;
+      here.load[i] /= 400;
+    }
+    there = linear = here;
+    step_here(&body.points, &def, &here, 40);
+    step_here(&straight.model, &def, &linear, 40);
+    assert_int_equal(step_there(accelerator, &body.points, &def, &there, 40), THRUM_OK);
+    assert_true(differ(there.q, here.q, BODIES * RANK) < 1e-5);
+    assert_true(differ(there.p, here.p, BODIES * RANK) < 1e-5);
+    assert_true(differ(linear.q, here.q, BODIES * RANK) > 0.1);
+  }
+
+  thrum_crowd_def def = crowd_of(THRUM_INTEGRATOR_ENERGY, 0.1);
+  bodies b;
+  bodies_make(&b, 7, 0.5);
+  thrum_crowd *crowd;
+  double kinetic[BODIES], strain[BODIES];
+  assert_int_equal(thrum_crowd_create(accelerator, &body.points, &def, &crowd, NULL), THRUM_OK);
+  assert_int_equal(thrum_crowd_set(crowd, b.q, NULL, RANK, NULL), THRUM_OK);
+  assert_int_equal(thrum_crowd_energies(crowd, kinetic, strain, NULL), THRUM_OK);
+  double *const work = random_alloc((int64_t)thrum_work_count(&body.points), sizeof *work);
+  for (int n = 0; n < BODIES; n++) {
+    const double here = thrum_strain_energy(&body.points, b.q + n * RANK, work);
+    assert_true(kinetic[n] == 0 && fabs(strain[n] / here - 1) < 1e-6);
+  }
+  free(work);
+  thrum_crowd_destroy(crowd);
+  both_free(&body);
+  random_model_free(&straight);
+  thrum_accelerator_destroy(accelerator);
+}
+
 /* A condensed model is a polynomial in fewer coordinates. */
 static void test_condensed(void **unused) {
   (void)unused;
@@ -300,9 +349,14 @@ static void test_refusals(void **unused) {
   def = crowd_of(THRUM_INTEGRATOR_ENERGY, 2e-3);
   def.count = INT32_MAX;
   refused(accelerator, &body.model, &def, THRUM_OUT_OF_MEMORY, "take fewer bodies");
-  thrum_model points = body.model;
-  points.c3 = points.c4 = NULL;
-  refused(accelerator, &points, &def, THRUM_UNSUPPORTED, "a crowd steps polynomials");
+  thrum_model other = body.model;
+  other.c3 = other.c4 = NULL;
+  refused(accelerator, &other, &def, THRUM_MISSING, "neither coefficients nor points");
+  both points;
+  points_make(&points, 9, RANK, 3, 0.4);
+  points_obey(&points, "neo-hookean");
+  refused(accelerator, &points.points, &def, THRUM_UNSUPPORTED, "have another law");
+  both_free(&points);
   random_model_free(&body);
   thrum_accelerator_destroy(accelerator);
 }
@@ -333,6 +387,7 @@ int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(test_crowd_is_thrum_step),
       cmocka_unit_test(test_parts_and_bits),
+      cmocka_unit_test(test_points),
       cmocka_unit_test(test_condensed),
       cmocka_unit_test(test_single),
       cmocka_unit_test(test_one_stops),
