@@ -457,19 +457,23 @@ static void observe(const identify_fit *f, const trial *t, int64_t rows, const d
   }
 }
 
-/* The residual of the first `rows` rows; returns the sum of its squares, infinite where the run
- * fails. */
-static double residual_of(identify_fit *f, const trial *t, int64_t rows, double *residual,
-                          thrum_error *error) {
-  if (trial_run(f, t, rows, error) < 0)
-    return INFINITY;
+/* The residual of the first `rows` rows; *squares: the sum of its squares, infinite where the run
+ * fails. A run without memory says nothing of its parameters, and ends the fit. */
+static thrum_status residual_of(identify_fit *f, const trial *t, int64_t rows, double *residual,
+                                double *squares, thrum_error *error) {
+  const thrum_status status = trial_run(f, t, rows, error);
+  *squares = INFINITY;
+  if (status < 0)
+    return status == THRUM_OUT_OF_MEMORY ? status : THRUM_OK;
   observe(f, t, rows, thrum_tape_q(f->tape), thrum_tape_p(f->tape), 1, residual);
   double sum = 0;
   for (int64_t n = 0; n < rows * f->recording.column_count; n++) {
     residual[n] -= f->recording.values[n];
     sum += residual[n] * residual[n];
   }
-  return isfinite(sum) ? sum : INFINITY;
+  if (isfinite(sum))
+    *squares = sum;
+  return THRUM_OK;
 }
 
 /* --- derivatives ------------------------------------------------------------------------------ */
@@ -644,7 +648,8 @@ static thrum_status improve(identify_fit *f, int64_t rows, double *sum, double *
       x[i] = f->x[i] + step[i];
     trial t = {0};
     thrum_status status = trial_make(f, x, &t, error);
-    const double next = status >= 0 ? residual_of(f, &t, rows, f->residual, NULL) : INFINITY;
+    double next = INFINITY;
+    THRUM_THEN(status, residual_of(f, &t, rows, f->residual, &next, error));
     const bool lower = next < *sum;
     if (lower) {
       const double least = rows < f->recording.rows ? GAIN_WINDOW : GAIN_LEAST;
@@ -674,13 +679,11 @@ static thrum_status look(identify_fit *f, int64_t rows, bool keep, double *sum,
                          thrum_error *error) {
   trial t = {0};
   thrum_status status = trial_make(f, f->x, &t, error);
-  if (status >= 0) {
-    *sum = residual_of(f, &t, rows, f->residual, error);
-    if (!isfinite(*sum))
-      status = thrum_error_set(error, THRUM_NOT_CONVERGED,
-                               "the run from which the fit begins fails: give a start and moduli "
-                               "nearer to the recording, or a shorter --dt");
-  }
+  THRUM_THEN(status, residual_of(f, &t, rows, f->residual, sum, error));
+  if (status >= 0 && !isfinite(*sum))
+    status = thrum_error_set(error, THRUM_NOT_CONVERGED,
+                             "the run from which the fit begins fails: give a start and moduli "
+                             "nearer to the recording, or a shorter --dt");
   THRUM_THEN(status, put_jacobian(f, &t, f->x, rows, error));
   if (status >= 0 && keep)
     observe(f, &t, rows, thrum_tape_q(f->tape), thrum_tape_p(f->tape), 1, f->fitted);
@@ -690,7 +693,9 @@ static thrum_status look(identify_fit *f, int64_t rows, bool keep, double *sum,
 
 /* The same, before which x is kept where it fits the whole recording better than any before. */
 static thrum_status look_and_keep(identify_fit *f, int64_t rows, double *sum, thrum_error *error) {
-  const thrum_status status = look(f, f->recording.rows, false, sum, NULL);
+  const thrum_status status = look(f, f->recording.rows, false, sum, error);
+  if (status == THRUM_OUT_OF_MEMORY)
+    return status;
   if (status >= 0 && *sum < f->best) {
     memcpy(f->best_x, f->x, (size_t)f->count * sizeof *f->x);
     f->best = *sum;
