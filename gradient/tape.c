@@ -356,7 +356,7 @@ typedef struct step_maker {
   thrum_contact *contact;
   const thrum_contact_environment *environment;
   const double *levels;
-  bool seen;
+  bool seen, goes_on; /* goes_on: from the step before, in one call */
 } step_maker;
 
 static thrum_status take_step(const thrum_model *model, thrum_state *state, const double *force,
@@ -369,9 +369,8 @@ static thrum_status take_step(const thrum_model *model, thrum_state *state, cons
 
 /* Reads the contact of step k, whose rows are there. */
 static thrum_status keep_contact(const thrum_model *model, thrum_tape *tape, int64_t k,
-                                 const step_maker *by, bool again, thrum_error *error) {
-  if (!tape->contacts)
-    return THRUM_OK;
+                                 const step_maker *by, const thrum_contact_report *before,
+                                 thrum_error *error) {
   thrum_contact_step_slopes *of = tape->contacts + k;
   *of = (thrum_contact_step_slopes){.first = tape->slope_count};
   if (!by->contact)
@@ -386,6 +385,8 @@ static thrum_status keep_contact(const thrum_model *model, thrum_tape *tape, int
                            "step %lld was made, and the tape has no room for what touches in it: "
                            "give its def more touches than %lld",
                            (long long)k, (long long)tape->touches);
+  const thrum_contact_report after = thrum_contact_report_get(by->contact);
+  const bool again = after.redone > before->redone || after.declined > before->declined;
   if (again && of->kind == THRUM_ROUGH_NONE)
     of->kind = THRUM_ROUGH_AGAIN;
   tape->slope_count += of->count;
@@ -402,7 +403,9 @@ static thrum_status make_step(const thrum_model *model, thrum_tape *tape, thrum_
   const size_t vector = (size_t)r * sizeof(double);
   const bool verlet = equation->form == THRUM_STEP_VERLET;
   const bool later = verlet && !by->seen && tape->actuators == 0;
-  const thrum_contact_report before = thrum_contact_report_get(by->contact);
+  thrum_contact_report before = {0};
+  if (by->contact)
+    before = thrum_contact_report_get(by->contact);
   double *half_before = tape->step.w;
   memcpy(half_before, equation->p, vector);
   const thrum_status status = take_step(model, state, force, by, error);
@@ -410,7 +413,11 @@ static thrum_status make_step(const thrum_model *model, thrum_tape *tape, thrum_
 
   // where it led, and by which equation
   double *q = tape->q + (row + 1) * r, *p = tape->p + (row + 1) * r;
-  THRUM_TRY(thrum_state_get(model, state, q, later ? NULL : p, error));
+  memcpy(q, equation->q, vector);
+  if (!verlet)
+    memcpy(p, equation->p, vector);
+  else if (!later)
+    THRUM_TRY(thrum_state_get(model, state, NULL, p, error));
   if (equation->form == THRUM_STEP_TRAPEZOID || equation->form == THRUM_STEP_AVERAGE)
     THRUM_TRY(thrum_step_equation_get(model, state, equation, NULL, NULL, NULL, error));
   tape->form[row] = (int32_t)equation->form;
@@ -420,9 +427,8 @@ static thrum_status make_step(const thrum_model *model, thrum_tape *tape, thrum_
   double *own = tape->checkpoints > 0 ? NULL : tape->force + k * tape->width;
   for (int64_t i = 0; own && i < tape->width; i++)
     own[i] = force ? force[i] : 0.0;
-  const thrum_contact_report after = thrum_contact_report_get(by->contact);
-  THRUM_TRY(keep_contact(model, tape, k, by,
-                         after.redone > before.redone || after.declined > before.declined, error));
+  if (tape->contacts)
+    THRUM_TRY(keep_contact(model, tape, k, by, &before, error));
   if (verlet) {
     memcpy(tape->half + row * r, equation->p, vector);
     if (k > 0 && tape->actuators == 0)
@@ -534,19 +540,27 @@ static thrum_status check_row(thrum_tape *tape, const double *force, thrum_error
   return THRUM_OK;
 }
 
+/* Is the state where the tape ends, with steps as they were? Fills its equation. */
+static thrum_status check_state_now(const thrum_model *model, const thrum_tape *tape,
+                                    const thrum_state *state, thrum_step_equation *equation,
+                                    thrum_error *error) {
+  THRUM_TRY(thrum_step_equation_get(model, state, equation, NULL, NULL, NULL, error));
+  if (equation->dt != tape->step.equation.dt)
+    return thrum_error_set(error, THRUM_UNSUPPORTED,
+                           "dt was changed from %g to %g s; all steps of a tape have one",
+                           tape->step.equation.dt, equation->dt);
+  return check_place(model, tape, state, equation, error);
+}
+
 /* thrum_tape_step, made so. */
 static thrum_status record(const thrum_model *model, thrum_tape *tape, thrum_state *state,
-                           const double *force, const step_maker *by, thrum_error *error) {
-  thrum_step_equation equation;
-  THRUM_TRY(thrum_step_equation_get(model, state, &equation, NULL, NULL, NULL, error));
+                           const double *force, const step_maker *by, thrum_step_equation *equation,
+                           thrum_error *error) {
   if (tape->count == tape->most)
     return thrum_error_set(error, THRUM_BUFFER_TOO_SMALL, "the tape is full after %lld steps",
                            (long long)tape->most);
-  if (equation.dt != tape->step.equation.dt)
-    return thrum_error_set(error, THRUM_UNSUPPORTED,
-                           "dt was changed from %g to %g s; all steps of a tape have one",
-                           tape->step.equation.dt, equation.dt);
-  THRUM_TRY(check_place(model, tape, state, &equation, error));
+  if (!by->goes_on)
+    THRUM_TRY(check_state_now(model, tape, state, equation, error));
   THRUM_TRY(check_row(tape, force, error));
   if (by->levels)
     THRUM_TRY(thrum_state_set_actuation(model, state, by->levels, error));
@@ -559,17 +573,26 @@ static thrum_status record(const thrum_model *model, thrum_tape *tape, thrum_sta
   if (tape->count == tape->first + tape->length)
     keep_start(tape, state);
   const thrum_status status =
-      make_step(model, tape, state, tape->count, force, by, &equation, error);
+      make_step(model, tape, state, tape->count, force, by, equation, error);
   THRUM_TRY(status);
-  keep_end(model, tape, state, &equation);
   tape->count++;
+  return status;
+}
+
+/* One step alone. */
+static thrum_status record_one(const thrum_model *model, thrum_tape *tape, thrum_state *state,
+                               const double *force, const step_maker *by, thrum_error *error) {
+  thrum_step_equation equation;
+  const thrum_status status = record(model, tape, state, force, by, &equation, error);
+  if (status >= 0)
+    keep_end(model, tape, state, &equation);
   return status;
 }
 
 thrum_status thrum_tape_step(const thrum_model *model, thrum_tape *tape, thrum_state *state,
                              const double *force, thrum_error *error) {
   THRUM_TRY(thrum_tape_check(model, tape, error));
-  return record(model, tape, state, force, &(step_maker){.seen = true}, error);
+  return record_one(model, tape, state, force, &(step_maker){.seen = true}, error);
 }
 
 /* Can steps in these surroundings be differentiated? */
@@ -609,7 +632,7 @@ thrum_status thrum_tape_contact_step(const thrum_model *model, thrum_tape *tape,
   THRUM_TRY(thrum_tape_check(model, tape, error));
   THRUM_TRY(check_contact(model, tape, contact, environment, error));
   const step_maker by = {.contact = contact, .environment = environment, .seen = true};
-  return record(model, tape, state, environment->load, &by, error);
+  return record_one(model, tape, state, environment->load, &by, error);
 }
 
 thrum_status thrum_tape_run(const thrum_model *model, thrum_tape *tape, thrum_state *state,
@@ -625,18 +648,23 @@ thrum_status thrum_tape_run_levels(const thrum_model *model, thrum_tape *tape, t
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "the number of steps is %lld; it must be 0 or more", (long long)count);
   thrum_status worst = THRUM_OK;
+  thrum_step_equation equation;
   int64_t done = 0;
   while (done < count && worst >= 0) {
     const double *row = force ? force + done * tape->width : NULL;
     const step_maker by = {.levels = levels ? levels + done * tape->actuators : NULL,
-                           .seen = done + 1 == count};
-    const thrum_status status = record(model, tape, state, row, &by, error);
+                           .seen = done + 1 == count,
+                           .goes_on = done > 0};
+    const thrum_status status = record(model, tape, state, row, &by, &equation, error);
     done += status >= 0 ? 1 : 0;
 
     // the smaller of two notable statuses is the more notable
     if (status < 0 || (status > 0 && (worst == THRUM_OK || status < worst)))
       worst = status;
   }
+  if (done > 0)
+    keep_end(model, tape, state, &equation);
+
   // a run that fails ends where the step before has
   if (worst < 0 && done > 0)
     THRUM_TRY(thrum_state_get(model, state, NULL,

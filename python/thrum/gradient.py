@@ -63,7 +63,8 @@ class Rollout:
     """A run that was recorded: q and p after each step, and derivatives. `thrum.rollout` makes it."""
 
     def __init__(self, model: Model, steps: int, q: Any, p: Any, force: Any, stiffness: float, density: float,
-                 options: dict[str, Any], actuation: Any = None, touching: Touching | None = None) -> None:
+                 options: dict[str, Any], actuation: Any = None, touching: Touching | None = None,
+                 before: Rollout | None = None) -> None:
         if steps < 1:
             raise ValueError(f"steps: {steps} steps; a run has one or more")
         rank = model.rank
@@ -90,8 +91,12 @@ class Rollout:
                 raise ValueError(f'subgradient: {touching.subgradient!r} is neither None nor "fixed"')
             definition.touches = touching.room * steps
             definition.subgradient = int(touching.subgradient is not None)
-        call(lib.thrum_tape_create, self._c_model, definition, place)
-        self._tape = ffi.gc(place[0], lib.thrum_tape_destroy, 24 * rank * steps)
+        if before is None:
+            call(lib.thrum_tape_create, self._c_model, definition, place)
+            self._tape = ffi.gc(place[0], lib.thrum_tape_destroy, 24 * rank * steps)
+        else:
+            # of a run that nobody reads any more, with pages that are there
+            self._tape = before._tape
         with self._stepped.state(**options) as state:
             call(lib.thrum_tape_start, self._c_model, self._tape, state._state, *map(_native.pointer, start))
             if touching is not None:
@@ -299,12 +304,16 @@ def hessian_product(loss: Loss, model: Model, steps: int, q: Any = None, p: Any 
     defaults: dict[str, Any] = {"q": np.zeros(model.rank), "p": np.zeros(model.rank), "force": np.zeros((steps, model.shown)),
                                 "actuation": np.zeros((steps, len(model.actuators))), "damping_alpha": 0.0, "damping_beta": 0.0,
                                 "stiffness": 1.0, "density": 1.0}
-    found = []
+    found: list[Gradient] = []
+    run: Rollout | None = None
     for side in (step, -step):
         moved = dict(held)
         for name, change in along.items():
             at = held.get(name)
             moved[name] = (defaults[name] if at is None else np.asarray(at)) + side * np.asarray(change)
-        found.append(value_and_gradient(loss, model, steps, **moved)[1])
+        given = [moved.pop(name, default) for name, default in (("q", None), ("p", None), ("force", None), ("stiffness", 1.0),
+                                                                ("density", 1.0), ("actuation", None), ("touching", None))]
+        run = Rollout(model, steps, *given[:5], moved, *given[5:], before=run)
+        found.append(run.pull_back(*loss(run.q, run.p)[1:]))
     return Gradient(**{field.name: (getattr(found[0], field.name) - getattr(found[1], field.name)) / (2 * step)
                        for field in fields(Gradient) if getattr(found[0], field.name) is not None})
