@@ -9,8 +9,8 @@
  * mesh: *found, modes x vertices x 3 [1/m], which the caller frees. Of modes that share a frequency
  * each row is the mean of theirs, as a single one has a kink there. A middle node has derivatives
  * of its own: a corner whose straight edges follow has half of theirs beside. THRUM_MISSING where
- * the model has no mesh or basis, THRUM_UNSUPPORTED for hexahedra and wedges, whose strains are
- * assumed, and for ten nodes of lumped mass. */
+ * the model has no mesh or basis, THRUM_UNSUPPORTED for ten-node tetrahedra of lumped
+ * mass. */
 thrum_status shape_gradient_find(const thrum_model *model, int64_t modes, double **found,
                                  thrum_error *error);
 

@@ -247,6 +247,33 @@ class Program(unittest.TestCase):
                      for by in (1e-5, -1e-5))
         np.testing.assert_allclose((high.frequencies - low.frequencies) / 2e-5 / ten.frequencies, slopes, rtol=1e-5, atol=1e-5)
 
+    def test_frequencies_of_other_elements_change_with_places(self):
+        # a row of skewed hexahedra, whole or cut into wedges
+        random = np.random.default_rng(7)
+        nodes = np.array([(x, y, z) for x in range(4) for z in (0, 1) for y in (0, 1)], float) * [0.2, 0.15, 0.1]
+        nodes += 0.01 * random.standard_normal(nodes.shape) * (nodes[:, :1] > 0.1)
+        along = random.standard_normal(nodes.shape) * (nodes[:, :1] > 0.1)
+        boxes = [[4 * x + k for k in (1, 5, 6, 2, 3, 7, 8, 4)] for x in range(3)]
+        wedges = [[box[k] for k in corners] for box in boxes for corners in ((0, 1, 2, 4, 5, 6), (0, 2, 3, 4, 6, 7))]
+        for name, elements, kind, order in (("C3D8", boxes, "auto", 1), ("C3D6", wedges, "auto", 1), ("C3D8", boxes, "shell", 1),
+                                            ("C3D8", boxes, "auto", 2), ("C3D6", wedges, "auto", 2)):
+            def model(by, name=name, elements=elements, kind=kind, order=order):
+                rows = ["*NODE", *(f"{n + 1}, {', '.join(map(repr, place.tolist()))}" for n, place in enumerate(nodes + by * along)),
+                        f"*ELEMENT, TYPE={name}", *(f"{n + 1}, {', '.join(map(str, row))}" for n, row in enumerate(elements))]
+                with open(FOLDER + "/solid.inp", "w", encoding="ascii") as file:
+                    file.write("\n".join(rows) + "\n")
+                path = FOLDER + f"/solid{by}.npz"
+                return thrum.Model.precompute(FOLDER + "/solid.inp", path, fix="x<0.001", element=kind, order=order, modes=3, rank=3,
+                                              **SOLID)
+            here = model(0.0)
+
+            # nodes that are not in the file go along
+            high, low = model(1e-5), model(-1e-5)
+            ways = (high.vertices - low.vertices) / 2e-5
+            slopes = (thrum.frequency_gradient(here, places=True).place * ways).sum(axis=(1, 2))
+            np.testing.assert_allclose((high.frequencies - low.frequencies) / 2e-5 / here.frequencies, slopes, rtol=1e-5, atol=1e-5,
+                                       err_msg=f"{name} {kind} {order}")
+
     def test_modes_that_share_a_frequency_change_in_the_mean(self):
         options = {"fix": "x<0.001", "order": 1, "modes": 2, "rank": 2, **SOLID}
         square = thrum.Model.precompute("beam:4x2x2@1x0.1x0.1", FOLDER + "/square.npz", **options)
