@@ -59,8 +59,8 @@ def main():
     wrong = [f"{name}: {said[name]} here, {truth[name]} in C" for name in truth if said[name] != truth[name]]
     assert not wrong, "\n".join(wrong)
 
-    # every function that a header declares with THRUM_API can be called
-    for name in sorted(os.listdir(os.path.join(headers, "thrum"))):
+    # every function that a header declares with THRUM_API can be called; accelerators are a library of their own
+    for name in sorted(set(os.listdir(os.path.join(headers, "thrum"))) - {"accelerator.h"}):
         with open(os.path.join(headers, "thrum", name), encoding="utf-8") as file:
             text = re.sub(r"/\*.*?\*/", "", file.read(), flags=re.S)
         for function in re.findall(r"THRUM_API\s[^;(]*?\b(thrum_\w+)\s*\(", text):
