@@ -364,12 +364,12 @@ def compare(run: Run | Path, other: Run | Path) -> dict[str, Any]:
 
 
 def check(mesh: Any, *, scale: float | None = None, unit: str | None = None, regions: str | None = None,
-          order: int | str | None = None) -> dict[str, Any]:
+          order: int | str | None = None, element: str | None = None) -> dict[str, Any]:
     """Runs `thrum check`: what a mesh is like, and under "flags" what may be wrong.
 
     mesh: as `Model.precompute` takes it.
     """
-    return _run_on("check", mesh, scale=scale, unit=unit, regions=regions, order=order)
+    return _run_on("check", mesh, scale=scale, unit=unit, regions=regions, order=order, element=element)
 
 
 @contextmanager
@@ -384,13 +384,16 @@ def _surface_file(given: Any) -> Iterator[tuple[str, dict[str, str]]]:
 
 
 def mesh(surface: Any, output: Path, *, size: float | None = None, scale: float | None = None, order: int | None = None,
+         thickness: float | None = None, layers: int | None = None, side: str | None = None,
          tool: str | None = None) -> dict[str, Any]:
-    """Runs `thrum mesh`: fills a closed surface with tetrahedra, by Gmsh or TetGen, and writes the mesh file `output`.
+    """Runs `thrum mesh`: fills a closed surface with tetrahedra, by Gmsh or TetGen, or with thickness= makes a sheet of it, and
+    writes the mesh file `output`.
 
     surface: a file (.obj, .stl) or a pair (vertices, triangles). Returns the program's report.
     """
     with _surface_file(surface) as (path, names):
-        return run_program("mesh", path, _given=names, output=output, size=size, scale=scale, order=order, tool=tool)
+        return run_program("mesh", path, _given=names, output=output, size=size, scale=scale, order=order,
+                           thickness=thickness, layers=layers, side=side, tool=tool)
 
 
 def embed(model: ModelOrPath, surface: Any, output: Path, *, scale: float | None = None) -> dict[str, Any]:
@@ -406,6 +409,7 @@ def export(what: ModelOrPath | Run, *, glb: Path | None = None, obj: Path | None
            mdd: Path | None = None, vega_basis: Path | None = None, vega_cubic: Path | None = None,
            matrices: Path | None = None, numpy: Path | None = None, torch: Path | None = None, jax: Path | None = None,
            header: Path | None = None, fmu: Path | None = None, fmi: int | None = None, at: str | Sequence[str] | None = None,
+           nlvib: Path | None = None, damping: Any = None, damping_ratio: Any = None,
            surface: Path | None = None, model: ModelOrPath | None = None,
            fps: float | None = None, float_: bool = False) -> dict[str, Any]:
     """Runs `thrum export`: writes a model or a run for other programs, in the files that are named; returns the report.
@@ -416,5 +420,5 @@ def export(what: ModelOrPath | Run, *, glb: Path | None = None, obj: Path | None
         beside = model._file(os.path.join(work, "given-model.npz")) if model is not None and not isinstance(model, (str, os.PathLike)) else model
         return _run_on("export", what.folder if isinstance(what, Run) else what, glb=glb, obj=obj, pc2=pc2, mdd=mdd,
                        vega_basis=vega_basis, vega_cubic=vega_cubic, matrices=matrices, numpy=numpy, torch=torch, jax=jax,
-                       header=header, fmu=fmu, fmi=fmi, at=at, surface=surface, model=beside,
-                       fps=fps, float=float_)
+                       header=header, fmu=fmu, fmi=fmi, at=at, nlvib=nlvib, damping=damping,
+                       damping_ratio=damping_ratio, surface=surface, model=beside, fps=fps, float=float_)

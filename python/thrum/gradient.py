@@ -97,16 +97,17 @@ class Rollout:
         else:
             # of a run that nobody reads any more, with pages that are there
             self._tape = before._tape
-        with self._stepped.state(**options) as state:
-            call(lib.thrum_tape_start, self._c_model, self._tape, state._state, *map(_native.pointer, start))
-            if touching is not None:
-                if levels is not None:
-                    raise ValueError("actuation: a run that touches has no levels")
-                self._touch(touching, state._state, steps, float(options.get("dt", 0.003)))
-            else:
-                _native.call_interruptible((state, self._tape, self._forces, levels), lib.thrum_tape_run_levels, self._c_model,
-                                           self._tape, state._state, _native.pointer(self._forces), _native.pointer(levels),
-                                           steps, ffi.NULL)
+        # a run that Ctrl-C has left goes on in the state, so it is not closed here: it ends with what refers to it
+        state = self._stepped.state(**options)
+        call(lib.thrum_tape_start, self._c_model, self._tape, state._state, *map(_native.pointer, start))
+        if touching is not None:
+            if levels is not None:
+                raise ValueError("actuation: a run that touches has no levels")
+            self._touch(touching, state._state, steps, float(options.get("dt", 0.003)))
+        else:
+            _native.call_interruptible((state, self._tape, self._forces, levels), lib.thrum_tape_run_levels, self._c_model,
+                                       self._tape, state._state, _native.pointer(self._forces), _native.pointer(levels),
+                                       steps, ffi.NULL)
         self.steps = steps
         self.dt = float(options.get("dt", 0.003))
 

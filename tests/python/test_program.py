@@ -1,7 +1,10 @@
 """The program from Python: runs, statics, refusals. SPDX-License-Identifier: Apache-2.0"""
+import inspect
 import os
 import pickle
+import re
 import signal
+import subprocess
 import threading
 import time
 import unittest
@@ -48,6 +51,17 @@ def box(nodes=4):
     return np.array(corners), np.array(tets)
 
 
+class Keywords(unittest.TestCase):
+    def test_each_option_of_a_command_is_a_keyword(self):
+        # what a report says of frequencies is a function of its own
+        left = {"json", "quiet", "help", "output", "verbose", "gradient", "shape-gradient"}
+        for name in ("check", "compare", "embed", "export", "info", "mesh"):
+            text = subprocess.run([thrum.program(), name, "--help"], capture_output=True, text=True, check=True).stdout
+            options = set(re.findall(r"^ {2,6}(?:-\w, )? *--([a-z-]+)(?: |$)", text, re.MULTILINE)) - left
+            keywords = {keyword.rstrip("_").replace("_", "-") for keyword in inspect.signature(getattr(thrum, name)).parameters}
+            self.assertLessEqual(options, keywords, name)
+
+
 class Interrupts(unittest.TestCase):
     """An interrupt is obeyed within a tenth of a second, which a busy machine makes a few."""
 
@@ -71,6 +85,12 @@ class Interrupts(unittest.TestCase):
             number = int(file.read())
         with self.assertRaises(ProcessLookupError):
             os.kill(number, 0)
+
+    def test_a_run_that_was_left_keeps_what_it_steps(self):
+        model = beam()
+        self.interrupted(lambda: thrum.rollout(model, 500000, q=np.full(model.rank, 1e-4)), after=0.1)
+        for _ in range(200):
+            model.state().step(3)
 
     def test_calls_of_the_library_end(self):
         # the search goes on by itself, with what it needs, and the model stays whole
