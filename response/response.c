@@ -641,6 +641,16 @@ static bool closes(curve *c) {
   return false;
 }
 
+/* Finds the direction at c->next anew where it, or a parabola along the piece, says that the curve
+ * has turned back: that of factors nearby may be from either side of a sharp fold. */
+static void look_for_turn(curve *c, double step) {
+  const int64_t n = c->balance.unknowns;
+  const double before = c->normal[n];
+  const double ahead = 2 * (c->next.omega - c->now.omega) / (c->corrector.width * step) - before;
+  if (ahead * before < 0 || c->tangent[n] * before < 0)
+    thrum_corrector_tangent_at(&c->corrector, c->normal, &c->next, c->tangent);
+}
+
 /* Shows what is between c->now and c->next, and then that, or ends at the branch point that was
  * asked for, in c->at; false where the caller wants no more. */
 static bool show_piece(curve *c) {
@@ -650,6 +660,7 @@ static bool show_piece(curve *c) {
   double step = c->normal[n] * (c->next.omega - c->now.omega) / c->corrector.width;
   for (int64_t i = 0; i < n; i++)
     step += c->normal[i] * (c->next.x[i] - c->now.x[i]) / c->corrector.size;
+  look_for_turn(c, step);
   const int sign = thrum_corrector_sign(&c->corrector);
   const int32_t unstable = look_at_stability(c, &c->next);
   if (unstable >= 0)

@@ -100,10 +100,13 @@ static int32_t unstable_at(thrum_piece *piece, double position) {
 }
 
 /* Position of the branch point; NaN where there is none. The signs of the factors at hand may be of
- * places next to the ends, so a change is looked at again. */
+ * places next to the ends, so a change is looked at again, as are the ends where stability changes.
+ */
 static double find_branch(thrum_piece *piece) {
   double low = 0, high = 1;
-  if (piece->sign_begin * piece->sign_end >= 0)
+  const bool changes = piece->unstable_begin >= 0 && piece->unstable_end >= 0 &&
+                       piece->unstable_begin != piece->unstable_end;
+  if (piece->sign_begin * piece->sign_end >= 0 && !changes)
     return NAN;
   piece->sign_begin = sign_at(piece, 0);
   piece->sign_end = sign_at(piece, 1);
