@@ -28,15 +28,18 @@
 #define STEP_LEAST 1e-9        /* of the longest: where it is shorter the curve is lost */
 #define STEP_CUT 1e-2          /* of the one before: a direction that leads nowhere is found anew */
 #define GROW 1.5
-#define EASY 4           /* iterations of a point after which the step may grow */
-#define TURN_MOST 0.95   /* product of two directions: a sharper turn asks for a shorter step */
-#define AWAY_MOST 0.2    /* of a step: a point further from its guess may be of another curve */
-#define CLOSED_LEAST 8   /* points of a closed curve at least */
-#define RAMP 32          /* steps of the load where the first point is not found at once */
-#define SMALL 1e-3       /* share of nonlinear forces in the first motion of a backbone */
-#define SIZE_FIRST 100.0 /* by which its first motion is too small to measure steps by */
-#define BRANCH_LEAST 0.1 /* of the longest step: the first away from a branch point */
-#define SMALL_TRIALS 200 /* at finding it */
+#define EASY 4            /* iterations of a point after which the step may grow */
+#define TURN_MOST 0.95    /* product of two directions: a sharper turn asks for a shorter step */
+#define AWAY_MOST 0.2     /* of a step: a point further from its guess may be of another curve */
+#define CLOSED_LEAST 8    /* points of a closed curve at least */
+#define RAMP 32           /* steps of the load where the first point is not found at once */
+#define SMALL 1e-3        /* share of nonlinear forces in the first motion of a backbone */
+#define SIZE_FIRST 100.0  /* by which its first motion is too small to measure steps by */
+#define LEAP_LEAST 0.002  /* of the longest: a shorter step leaps over no gap */
+#define BRANCH_LEAST 0.1  /* of the longest step: the first away from a branch point */
+#define BESIDE_LEAST 1e-6 /* of a step from a special point that is not found itself, */
+#define BESIDE_MOST 1e-2  /* and the most */
+#define SMALL_TRIALS 200  /* at finding it */
 
 typedef struct curve {
   const thrum_response_def *def;
@@ -651,16 +654,41 @@ static void look_for_turn(curve *c, double step) {
     thrum_corrector_tangent_at(&c->corrector, c->normal, &c->next, c->tangent);
 }
 
+/* The motion at a special point, or next to it: where curves cross Newton's method may find none.
+ */
+static bool find_special(thrum_piece *piece, double position) {
+  if (thrum_piece_at(piece, position))
+    return true;
+  for (double beside = BESIDE_LEAST; beside < BESIDE_MOST; beside *= 10)
+    for (int side = -1; side <= 1; side += 2)
+      if (thrum_piece_at(piece, position + side * beside))
+        return true;
+  return false;
+}
+
+/* The step to c->next along the normal. */
+static double step_to_next(const curve *c) {
+  const int64_t n = c->balance.unknowns;
+  double step = c->normal[n] * (c->next.omega - c->now.omega) / c->corrector.width;
+  for (int64_t i = 0; i < n; i++)
+    step += c->normal[i] * (c->next.x[i] - c->now.x[i]) / c->corrector.size;
+  return step;
+}
+
+/* Whether the step may have leapt to the same motion some periods of the load later. Where such
+ * motions come near each other they turn back, and a long step goes straight on to another. */
+static bool may_leap(const curve *c) {
+  const int64_t n = c->balance.unknowns;
+  return c->def->periods > 1 && c->normal[n] * c->tangent[n] < 0 &&
+         c->step > LEAP_LEAST * c->def->step;
+}
+
 /* Shows what is between c->now and c->next, and then that, or ends at the branch point that was
  * asked for, in c->at; false where the caller wants no more. */
 static bool show_piece(curve *c) {
   thrum_balance *b = &c->balance;
-  const int64_t n = b->unknowns;
   const int32_t iterations = c->corrector.last_iterations;
-  double step = c->normal[n] * (c->next.omega - c->now.omega) / c->corrector.width;
-  for (int64_t i = 0; i < n; i++)
-    step += c->normal[i] * (c->next.x[i] - c->now.x[i]) / c->corrector.size;
-  look_for_turn(c, step);
+  const double step = step_to_next(c);
   const int sign = thrum_corrector_sign(&c->corrector);
   const int32_t unstable = look_at_stability(c, &c->next);
   if (unstable >= 0)
@@ -686,7 +714,7 @@ static bool show_piece(curve *c) {
   const int32_t count = thrum_piece_specials(&piece, positions, kinds);
   c->sign = piece.sign_end;
   for (int32_t k = 0; k < count; k++) {
-    if (!thrum_piece_at(&piece, positions[k]))
+    if (!find_special(&piece, positions[k]))
       continue;
     const int32_t there = look_at_stability(c, &piece.at);
     if (!show(c, &piece.at, c->arc + positions[k] * step, kinds[k], there,
@@ -806,6 +834,11 @@ static void follow(curve *c) {
         c->report.end = THRUM_RESPONSE_END_LOST;
         return;
       }
+      continue;
+    }
+    look_for_turn(c, step_to_next(c));
+    if (!last && may_leap(c)) {
+      c->step *= 0.5;
       continue;
     }
     const bool closed = closes(c);

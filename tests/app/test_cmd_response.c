@@ -296,6 +296,38 @@ static void a_backbone_ends_at_its_amplitude(void **state) {
   program_result_free(&run);
 }
 
+/* A subharmonic of a third, lightly damped, crosses the motions of the other mode at two places and
+ * turns back at two. It comes back to where it began, and not to itself a period of the load later.
+ */
+static void a_subharmonic_closes_with_all_of_its_special_points(void **state) {
+  (void)state;
+  program_result made =
+      thrum_run(folder, "precompute", "beam:8x1x1@1x0.02x0.04", "--fix", "x<0.001", "--fix",
+                "x>0.999", "--modes", "2", "--rank", "5", "-o", "thin.npz", "-q", NULL);
+  program_result_free(&made);
+  cJSON *object = program_object(thrum_run(folder, "response", "thin.npz", "--mode", "1",
+                                           "--amplitude", "0.03", "--at", "vertex=17", "--no-check",
+                                           "--start", "9", "-o", "thin", "--json", NULL),
+                                 0);
+  cJSON_Delete(object);
+  object = program_object(thrum_run(folder, "response", "thin.npz", "--load",
+                                    "sine:0,0.2,0@vertex=17", "--damping-ratio", "0.001", "--from",
+                                    "5.24965644", "--to", "40", "--periods", "3", "--start-from",
+                                    "thin/point_9.npy", "--no-check", "--json", NULL),
+                          0);
+  assert_string_equal(cJSON_GetObjectItemCaseSensitive(object, "end")->valuestring, "closed");
+  int kinds[2] = {0, 0};
+  const cJSON *special;
+  cJSON_ArrayForEach(special, cJSON_GetObjectItemCaseSensitive(object, "special")) {
+    const char *kind = cJSON_GetObjectItemCaseSensitive(special, "kind")->valuestring;
+    kinds[0] += strcmp(kind, "fold") == 0;
+    kinds[1] += strcmp(kind, "branch point") == 0;
+  }
+  assert_int_equal(kinds[0], 2);
+  assert_int_equal(kinds[1], 2);
+  cJSON_Delete(object);
+}
+
 /* Of two modes near 1:1 all terms to order 7 are there, and they agree less far than of one. */
 static void two_modes_near_a_ratio_have_one_normal_form(void **state) {
   (void)state;
@@ -557,6 +589,7 @@ int main(void) {
       cmocka_unit_test(a_backbone_ends_at_its_amplitude),
       cmocka_unit_test(a_backbone_ends_at_the_size_of_the_body),
       cmocka_unit_test(two_modes_near_a_ratio_have_one_normal_form),
+      cmocka_unit_test(a_subharmonic_closes_with_all_of_its_special_points),
       cmocka_unit_test(a_mesh_that_misses_its_orbit_flags_the_curve),
       cmocka_unit_test(a_mesh_is_damped_as_the_mode_that_swings),
       cmocka_unit_test(a_free_mesh_feels_what_bends_it),
