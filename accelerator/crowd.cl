@@ -30,12 +30,14 @@ typedef long counts;
 #define STORE(value, at) (*(at) = (value))
 #define TO_FLOATS(x) ((float)(x))
 #define TO_REALS(x) ((real)(x))
+#define ZERO_WHERE(condition, value) ((condition) ? (reals)0 : (value))
 #else
 typedef VECTOR(float, LANES) floats;
 typedef VECTOR(long, LANES) counts;
 #define LOAD(at) VECTOR(vload, LANES)(0, at)
 #define STORE(value, at) VECTOR(vstore, LANES)(value, 0, at)
 #define TO_FLOATS(x) VECTOR(convert_float, LANES)(x)
+#define ZERO_WHERE(condition, value) select(value, (reals)0, condition)
 #ifdef WITH_DOUBLE
 typedef VECTOR(double, LANES) reals;
 #define TO_REALS(x) VECTOR(convert_double, LANES)(x)
@@ -330,7 +332,7 @@ kernel void iterate(global const real *p, global const real *load, global const 
     square += d_i * d_i;
     turned += d_i * (LOAD(along + i * PART + c) - LOAD(along_before + i * PART + c));
   }
-  const reals inverse = mean ? select(1 / square, (reals)0, square == 0) : (reals)0;
+  const reals inverse = mean ? ZERO_WHERE(square == 0, 1 / square) : (reals)0;
   const reals sigma = mean ? -turned * inverse / 12 : (reals)0;
   floats step[RANK], across[RANK], slope[RANK];
   for (int i = 0; i < RANK; i++) {
@@ -372,7 +374,7 @@ kernel void iterate(global const real *p, global const real *load, global const 
     all += next * next;
     STORE(next, d + i * PART + c);
   }
-  STORE(TO_FLOATS(select(sqrt(moved / all), (reals)0, all == 0)), worst + c);
+  STORE(TO_FLOATS(ZERO_WHERE(all == 0, sqrt(moved / all))), worst + c);
 }
 
 /* The end of an implicit step, one work-item a body; a body whose last correction is too large

@@ -5,7 +5,7 @@
 #include "tests/support/condensed_support.h"
 #include "tests/support/points_support.h"
 
-#include "thrum/accelerator.h"
+#include "accelerator/device.h"
 
 enum { RANK = 9, BODIES = 70, STEPS = 200 };
 
@@ -223,6 +223,39 @@ static void test_points(void **unused) {
   thrum_accelerator_destroy(accelerator);
 }
 
+/* Devices whose work-items have other numbers of bodies, such as the one of a graphics processor.
+ */
+static void test_lanes(void **unused) {
+  (void)unused;
+  const int lanes[] = {1, 8, 1};
+  random_model body;
+  random_model_make(&body, 3, RANK, 20, 200, 1);
+  both points;
+  points_make(&points, 9, RANK, 5, 0.4);
+  for (int k = 0; k < 3; k++) {
+    thrum_accelerator *const accelerator = take_device(k == 2);
+    accelerator->lanes = lanes[k];
+    accelerator->wide = lanes[k] > 4 ? lanes[k] : 4;
+    for (int of_points = 0; of_points < (k == 0 ? 2 : 1); of_points++) {
+      const thrum_model *model = of_points ? &points.points : &body.model;
+      thrum_crowd_def def = crowd_of(THRUM_INTEGRATOR_ENERGY, of_points ? 0.1 : 2e-3);
+      bodies here, there;
+      bodies_make(&here, 7, 0.3);
+      for (int i = 0; of_points && i < BODIES * RANK; i++) {
+        here.p[i] /= 20;
+        here.load[i] /= 400;
+      }
+      there = here;
+      step_here(model, &def, &here, 10);
+      assert_int_equal(step_there(accelerator, model, &def, &there, 10), THRUM_OK);
+      assert_true(differ(there.q, here.q, BODIES * RANK) < 1e-5);
+    }
+    thrum_accelerator_destroy(accelerator);
+  }
+  both_free(&points);
+  random_model_free(&body);
+}
+
 /* A condensed model is a polynomial in fewer coordinates. */
 static void test_condensed(void **unused) {
   (void)unused;
@@ -388,6 +421,7 @@ int main(void) {
       cmocka_unit_test(test_crowd_is_thrum_step),
       cmocka_unit_test(test_parts_and_bits),
       cmocka_unit_test(test_points),
+      cmocka_unit_test(test_lanes),
       cmocka_unit_test(test_condensed),
       cmocka_unit_test(test_single),
       cmocka_unit_test(test_one_stops),
