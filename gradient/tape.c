@@ -21,6 +21,7 @@
 
 #define MAGIC UINT64_C(0x7468726d74617065)
 #define BYTES_MOST (SIZE_MAX / 4)
+#define KEPT_ROWS 4 /* of a checkpoint */
 
 /* --- memory ----------------------------------------------------------------------------------- */
 
@@ -35,9 +36,10 @@ static int64_t segment_length(const thrum_tape_def *def) {
   return def->steps / segments + (def->steps % segments > 0 ? 1 : 0);
 }
 
-/* Bytes of a checkpoint: the q before it, q and p there, and what persists of the state. */
+/* Bytes of a checkpoint: q and the force on masters before it, q and p there, and what persists of
+ * the state. */
 static size_t kept_size(const thrum_model *model, const thrum_state *state) {
-  return thrum_round_up(3 * (size_t)model->rank * sizeof(double)) +
+  return thrum_round_up(KEPT_ROWS * (size_t)model->rank * sizeof(double)) +
          thrum_round_up(thrum_state_kept_bytes(state));
 }
 
@@ -67,7 +69,7 @@ static thrum_status check_def(const thrum_model *model, const thrum_tape_def *de
 
   // what grows with the steps, and with the checkpoints
   const int64_t width = thrum_condensed_shape_model(model)->rank;
-  const uint64_t each = (uint64_t)(3 * model->rank + width + 1) * sizeof(double);
+  const uint64_t each = (uint64_t)(4 * model->rank + width + 1) * sizeof(double);
   const uint64_t kept = def->checkpoints > 0 ? kept_size(model, def->state) : 1;
   const uint64_t levels = (uint64_t)(thrum_model_actuators(model) + 1) * sizeof(double) +
                           (def->touches > 0 ? sizeof(thrum_contact_step_slopes) : 0);
@@ -92,7 +94,7 @@ static const size_t vectors[] = {
     AT(step.part_end),  AT(change[0]),    AT(step.part_kappa), AT(step.part_middle),
     AT(change[1]),      AT(change[2]),    AT(change[3]),       AT(change[4]),
     AT(change[5]),      AT(change[6]),    AT(before_q),        AT(step.unscaled),
-    AT(p_end),          AT(pressed)};
+    AT(p_end),          AT(pressed),      AT(before_master)};
 static const size_t wides[] = {AT(none), AT(wide[0]), AT(wide[1])};
 static const size_t matrices[] = {AT(step.start.tangent),  AT(step.end.tangent),
                                   AT(step.middle.tangent), AT(step.jacobian),
@@ -140,6 +142,7 @@ static size_t lay(thrum_tape *tape, const thrum_model *model, unsigned char *mem
   tape->p = cut_doubles(memory, (length + 1) * r, &at);
   tape->half = cut_doubles(memory, length * r, &at);
   tape->force = cut_doubles(memory, checkpoints > 0 ? 0 : length * width, &at);
+  tape->master = cut_doubles(memory, tape->follows ? length * r : 0, &at);
   tape->levels = cut_doubles(memory, (size_t)tape->most * (size_t)tape->actuators, &at);
   tape->form = (int32_t *)(void *)cut(memory, length * sizeof(int32_t), &at);
   tape->slopes =
@@ -159,6 +162,7 @@ static thrum_tape numbers_of(const thrum_model *model, const thrum_tape_def *def
   return (thrum_tape){.magic = MAGIC,
                       .most = def->steps,
                       .rank = model->rank,
+                      .follows = model->shape != NULL,
                       .width = thrum_condensed_shape_model(model)->rank,
                       .actuators = thrum_model_actuators(model),
                       .length = segment_length(def),
@@ -251,10 +255,10 @@ static thrum_status check_state(const thrum_model *model, const thrum_tape *tape
                                 thrum_error *error) {
   THRUM_TRY(check_made(model, tape, error));
   THRUM_TRY(thrum_step_equation_get(model, state, equation, NULL, NULL, NULL, error));
-  if (model->shape && (equation->damping_beta > 0 || equation->form == THRUM_STEP_VERLET))
+  if (model->shape && equation->damping_beta > 0)
     return thrum_error_set(error, THRUM_UNSUPPORTED,
-                           "of a condensed model steps of verlet, and those with damping_beta, by "
-                           "which what follows drags, have no derivative here");
+                           "of a condensed model steps with damping_beta, by which what follows "
+                           "drags, have no derivative here");
   if (tape->checkpoints > 0 &&
       (kept_size(model, state) != tape->kept_size || thrum_state_bytes(state) != tape->state_size))
     return thrum_error_set(error, THRUM_MODEL_MISMATCH,
@@ -269,7 +273,7 @@ static double *kept_rows(const thrum_tape *tape, int64_t segment) {
 
 static unsigned char *kept_state(const thrum_tape *tape, int64_t segment) {
   return (unsigned char *)kept_rows(tape, segment) +
-         thrum_round_up(3 * (size_t)tape->rank * sizeof(double));
+         thrum_round_up(KEPT_ROWS * (size_t)tape->rank * sizeof(double));
 }
 
 /* Keeps the state before step `count`, the first of a segment, whose rows begin anew. */
@@ -278,6 +282,8 @@ static void keep_start(thrum_tape *tape, const thrum_state *state) {
   const size_t vector = (size_t)r * sizeof(double);
   if (rows > 0) {
     memcpy(tape->before_q, tape->q + (rows - 1) * r, vector);
+    if (tape->follows)
+      memcpy(tape->before_master, tape->master + (rows - 1) * r, vector);
     memmove(tape->q, tape->q + rows * r, vector);
     memmove(tape->p, tape->p + rows * r, vector);
   }
@@ -289,6 +295,7 @@ static void keep_start(thrum_tape *tape, const thrum_state *state) {
   memcpy(kept, tape->before_q, vector);
   memcpy(kept + r, tape->q, vector);
   memcpy(kept + 2 * r, tape->p, vector);
+  memcpy(kept + 3 * r, tape->before_master, vector);
   memcpy(kept_state(tape, segment), state, thrum_state_kept_bytes(state));
 }
 
@@ -341,7 +348,8 @@ static int64_t divided_steps(const thrum_state *state) {
 static void put_verlet_start(thrum_tape *tape, int64_t k, const double *half_before) {
   const int64_t r = tape->rank, row = k - tape->first;
   const double h = tape->step.equation.dt, *half = tape->half + row * r;
-  const double *force = thrum_tape_force(tape, k), *force_before = thrum_tape_force(tape, k - 1);
+  const thrum_made_step made = thrum_tape_made(tape, k);
+  const double *force = made.force, *force_before = made.force_before;
   double *p = tape->p + row * r;
   for (int64_t i = 0; i < r; i++)
     p[i] = 0.5 * (half_before[i] + half[i]) +
@@ -429,6 +437,10 @@ static thrum_status make_step(const thrum_model *model, thrum_tape *tape, thrum_
     own[i] = force ? force[i] : 0.0;
   if (tape->contacts)
     THRUM_TRY(keep_contact(model, tape, k, by, &before, error));
+  if (verlet && tape->follows) {
+    thrum_tape_ahead(tape, k, tape->step.x);
+    thrum_condensed_load(model, tape->step.x, thrum_tape_force(tape, k), tape->master + row * r);
+  }
   if (verlet) {
     memcpy(tape->half + row * r, equation->p, vector);
     if (k > 0 && tape->actuators == 0)
@@ -449,6 +461,7 @@ thrum_status thrum_tape_reach(const thrum_model *model, thrum_tape *tape, int64_
   memcpy(tape->before_q, kept, vector);
   memcpy(tape->q, kept + r, vector);
   memcpy(tape->p, kept + 2 * r, vector);
+  memcpy(tape->before_master, kept + 3 * r, vector);
   memcpy(tape->again, kept_state(tape, segment), thrum_state_kept_bytes(tape->again));
   tape->first = segment * tape->length;
   const int64_t end = tape->first + tape->length;
@@ -473,15 +486,23 @@ const double *thrum_tape_force(const thrum_tape *tape, int64_t k) {
   return k < 0 || !rows ? tape->none : rows + k * tape->width;
 }
 
+const double *thrum_tape_master(const thrum_tape *tape, int64_t k) {
+  if (k < 0)
+    return tape->none;
+  return k < tape->first ? tape->before_master : tape->master + (k - tape->first) * tape->rank;
+}
+
 thrum_made_step thrum_tape_made(const thrum_tape *tape, int64_t k) {
   const int64_t r = tape->rank, row = k - tape->first;
-  return (thrum_made_step){.q = tape->q + row * r,
-                           .p = tape->p + row * r,
-                           .q_next = tape->q + (row + 1) * r,
-                           .p_next = tape->p + (row + 1) * r,
-                           .half = tape->half + row * r,
-                           .force = thrum_tape_force(tape, k),
-                           .force_before = thrum_tape_force(tape, k - 1)};
+  const bool masters = tape->follows && tape->step.equation.form == THRUM_STEP_VERLET;
+  return (thrum_made_step){
+      .q = tape->q + row * r,
+      .p = tape->p + row * r,
+      .q_next = tape->q + (row + 1) * r,
+      .p_next = tape->p + (row + 1) * r,
+      .half = tape->half + row * r,
+      .force = masters ? thrum_tape_master(tape, k) : thrum_tape_force(tape, k),
+      .force_before = masters ? thrum_tape_master(tape, k - 1) : thrum_tape_force(tape, k - 1)};
 }
 
 void thrum_tape_prepare(const thrum_model *model, thrum_tape *tape) {

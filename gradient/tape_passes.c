@@ -298,6 +298,7 @@ static thrum_status pull_all(const thrum_model *model, thrum_tape *tape, const d
   const size_t vector = (size_t)r * sizeof(double);
   double *before = tape->change[model->shape ? 6 : 5];
   memset(before, 0, vector);
+  memset(tape->p_end, 0, vector);
   for (int64_t k = tape->count - 1; k >= 0; k--) {
     THRUM_TRY(thrum_tape_reach(model, tape, k, error));
     const thrum_made_step made = thrum_tape_made(tape, k);
@@ -321,6 +322,8 @@ static thrum_status pull_all(const thrum_model *model, thrum_tape *tape, const d
 
     // the force of this step, also as the one before the next
     if (model->shape) {
+      add(change->force, tape->p_end, r);
+      memcpy(tape->p_end, change->force_before, vector);
       pull_following(model, tape, k, change, before, force);
     } else {
       add(change->force, before, r);
@@ -331,8 +334,9 @@ static thrum_status pull_all(const thrum_model *model, thrum_tape *tape, const d
       add_moved(change, -0.5, change->force, made.force, r);
       memcpy(force, change->force, vector);
     }
+    const double *load = thrum_tape_force(tape, k);
     for (int64_t i = 0; i < width; i++)
-      *loads += made.force[i] * force[i];
+      *loads += load[i] * force[i];
   }
   return THRUM_OK;
 }

@@ -21,7 +21,9 @@ struct thrum_tape {
   double *q, *p;    /* (length + 1) x rank */
   double *half;     /* length x rank: of verlet, p in the middle of each step */
   double *before_q; /* rank: of the step before `first` */
-  int32_t *form;    /* length */
+  bool follows;     /* the model is condensed: then of verlet also the force on the masters */
+  double *master, *before_master; /* length x rank, rank */
+  int32_t *form;                  /* length */
 
   /* Forces: the tape's own rows, or with checkpoints the caller's. */
   double *force, *none; /* most x width, width zeros */
@@ -77,6 +79,9 @@ thrum_made_step thrum_tape_made(const thrum_tape *tape, int64_t k);
 
 /* Gives the linear step the model and what follows from the def of the state. */
 void thrum_tape_prepare(const thrum_model *model, thrum_tape *tape);
+
+/* The force of step k on what is stepped (rank), of a condensed model by verlet. */
+const double *thrum_tape_master(const thrum_tape *tape, int64_t k);
 
 /* Where the force of step k sees what follows of a condensed model: in the middle of the step,
  * extrapolated from its start and the place before (rank, into `to`). */

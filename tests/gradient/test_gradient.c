@@ -897,7 +897,8 @@ static double condensed_loss(condensed_run r, double by, const condensed_run *al
  * the gradient has the same bits. */
 static void what_follows_is_differentiated(void **context) {
   (void)context;
-  const thrum_integrator integrators[] = {THRUM_INTEGRATOR_ENERGY, THRUM_INTEGRATOR_NEWMARK};
+  const thrum_integrator integrators[] = {THRUM_INTEGRATOR_ENERGY, THRUM_INTEGRATOR_NEWMARK,
+                                          THRUM_INTEGRATOR_VERLET};
   random_model body;
   random_model_make(&body, 4, RANK, 20, 200, 1);
   condensed_run r, along;
@@ -911,7 +912,7 @@ static void what_follows_is_differentiated(void **context) {
   random_vector(&random, 2, 0.1, along.q);
   random_vector(&random, 2, 2, along.p);
   random_vector(&random, FORCES, 400, along.force);
-  for (int n = 0; n < 2; n++) {
+  for (int n = 0; n < 3; n++) {
     r.integrator = integrators[n];
     const double e = 1e-4;
     const double differences =
