@@ -16,6 +16,7 @@
 #include "core/base/def.h"
 #include "gradient/tape_private.h"
 #include "thrum/actuation.h"
+#include "thrum/batch.h"
 #include "thrum/condensed_model.h"
 #include "thrum/polynomial.h"
 
@@ -325,7 +326,7 @@ thrum_status thrum_tape_start(const thrum_model *model, thrum_tape *tape, thrum_
   memcpy(tape->q, tape->start_q, vector);
   memcpy(tape->p, tape->start_p, vector);
   keep_end(model, tape, state, &equation);
-  tape->step.equation = equation;
+  tape->step.equation = tape->running = equation;
   tape->identity = model->identity;
   tape->count = tape->first = tape->slope_count = 0;
   tape->divided = -1;
@@ -401,51 +402,65 @@ static thrum_status keep_contact(const thrum_model *model, thrum_tape *tape, int
   return THRUM_OK;
 }
 
-/* Makes step k from where the state is, and puts its end and its form into their rows. The p that
- * verlet has at the end takes a force: without `seen` it is left to the next step, unless levels
+/* Before a step: what is known no more after it. */
+static void enter_step(thrum_tape *tape, const thrum_state *state) {
+  tape->divided_before = divided_steps(state);
+  memcpy(tape->step.w, tape->running.p, (size_t)tape->rank * sizeof(double));
+}
+
+/* Puts the end of step k, which was made, and its form into their rows. The p that verlet has at
+ * the end takes a force: without `seen` it is left to the next step, unless levels or touches
  * change the forces between them. Of energy the form is that of the step. */
-static thrum_status make_step(const thrum_model *model, thrum_tape *tape, thrum_state *state,
-                              int64_t k, const double *force, const step_maker *by,
-                              thrum_step_equation *equation, thrum_error *error) {
-  const int64_t r = tape->rank, row = k - tape->first, divided = divided_steps(state);
+static thrum_status leave_step(const thrum_model *model, thrum_tape *tape, thrum_state *state,
+                               int64_t k, const double *force, bool seen, thrum_error *error) {
+  thrum_step_equation *equation = &tape->running;
+  const int64_t r = tape->rank, row = k - tape->first;
   const size_t vector = (size_t)r * sizeof(double);
   const bool verlet = equation->form == THRUM_STEP_VERLET;
-  const bool later = verlet && !by->seen && tape->actuators == 0;
-  thrum_contact_report before = {0};
-  if (by->contact)
-    before = thrum_contact_report_get(by->contact);
-  double *half_before = tape->step.w;
-  memcpy(half_before, equation->p, vector);
-  const thrum_status status = take_step(model, state, force, by, error);
-  THRUM_TRY(status);
+  const bool halves = verlet && tape->actuators == 0 && !tape->contacts;
+  const double *half_before = tape->step.w;
 
   // where it led, and by which equation
   double *q = tape->q + (row + 1) * r, *p = tape->p + (row + 1) * r;
   memcpy(q, equation->q, vector);
   if (!verlet)
     memcpy(p, equation->p, vector);
-  else if (!later)
+  else if (seen || !halves)
     THRUM_TRY(thrum_state_get(model, state, NULL, p, error));
   if (equation->form == THRUM_STEP_TRAPEZOID || equation->form == THRUM_STEP_AVERAGE)
     THRUM_TRY(thrum_step_equation_get(model, state, equation, NULL, NULL, NULL, error));
   tape->form[row] = (int32_t)equation->form;
-  if (tape->divided < 0 && divided_steps(state) > divided)
+  if (tape->divided < 0 && divided_steps(state) > tape->divided_before)
     tape->divided = k;
 
   double *own = tape->checkpoints > 0 ? NULL : tape->force + k * tape->width;
   for (int64_t i = 0; own && i < tape->width; i++)
     own[i] = force ? force[i] : 0.0;
-  if (tape->contacts)
-    THRUM_TRY(keep_contact(model, tape, k, by, &before, error));
   if (verlet && tape->follows) {
     thrum_tape_ahead(tape, k, tape->step.x);
     thrum_condensed_load(model, tape->step.x, thrum_tape_force(tape, k), tape->master + row * r);
   }
   if (verlet) {
     memcpy(tape->half + row * r, equation->p, vector);
-    if (k > 0 && tape->actuators == 0)
+    if (k > 0 && halves)
       put_verlet_start(tape, k, half_before);
   }
+  return THRUM_OK;
+}
+
+/* Makes step k from where the state is, and keeps it. */
+static thrum_status make_step(const thrum_model *model, thrum_tape *tape, thrum_state *state,
+                              int64_t k, const double *force, const step_maker *by,
+                              thrum_error *error) {
+  thrum_contact_report before = {0};
+  if (by->contact)
+    before = thrum_contact_report_get(by->contact);
+  enter_step(tape, state);
+  const thrum_status status = take_step(model, state, force, by, error);
+  THRUM_TRY(status);
+  THRUM_TRY(leave_step(model, tape, state, k, force, by->seen, error));
+  if (tape->contacts)
+    THRUM_TRY(keep_contact(model, tape, k, by, &before, error));
   return status;
 }
 
@@ -465,14 +480,13 @@ thrum_status thrum_tape_reach(const thrum_model *model, thrum_tape *tape, int64_
   memcpy(tape->again, kept_state(tape, segment), thrum_state_kept_bytes(tape->again));
   tape->first = segment * tape->length;
   const int64_t end = tape->first + tape->length;
-  thrum_step_equation equation;
-  THRUM_TRY(thrum_step_equation_get(model, tape->again, &equation, NULL, NULL, NULL, error));
+  THRUM_TRY(thrum_step_equation_get(model, tape->again, &tape->running, NULL, NULL, NULL, error));
   for (int64_t n = tape->first; n < tape->count && n < end; n++) {
     const double *force = tape->forces ? thrum_tape_force(tape, n) : NULL;
     if (tape->actuators > 0)
       THRUM_TRY(thrum_state_set_actuation(model, tape->again, thrum_tape_levels(tape, n), error));
     const step_maker by = {.seen = n + 1 == tape->count};
-    THRUM_TRY(make_step(model, tape, tape->again, n, force, &by, &equation, error));
+    THRUM_TRY(make_step(model, tape, tape->again, n, force, &by, error));
   }
 
   // its end is the start of the next
@@ -573,28 +587,35 @@ static thrum_status check_state_now(const thrum_model *model, const thrum_tape *
   return check_place(model, tape, state, equation, error);
 }
 
-/* thrum_tape_step, made so. */
-static thrum_status record(const thrum_model *model, thrum_tape *tape, thrum_state *state,
-                           const double *force, const step_maker *by, thrum_step_equation *equation,
-                           thrum_error *error) {
+/* All of thrum_tape_step up to the step. */
+static thrum_status prepare(const thrum_model *model, thrum_tape *tape, thrum_state *state,
+                            const double *force, const step_maker *by, thrum_error *error) {
   if (tape->count == tape->most)
     return thrum_error_set(error, THRUM_BUFFER_TOO_SMALL, "the tape is full after %lld steps",
                            (long long)tape->most);
+
+  // a pass may have brought another segment
+  if (tape->count > 0)
+    THRUM_TRY(thrum_tape_reach(model, tape, tape->count - 1, error));
   if (!by->goes_on)
-    THRUM_TRY(check_state_now(model, tape, state, equation, error));
+    THRUM_TRY(check_state_now(model, tape, state, &tape->running, error));
   THRUM_TRY(check_row(tape, force, error));
   if (by->levels)
     THRUM_TRY(thrum_state_set_actuation(model, state, by->levels, error));
   if (tape->actuators > 0)
     THRUM_TRY(thrum_state_actuation(model, state, thrum_tape_levels(tape, tape->count), error));
 
-  // a pass may have brought another segment, and the last one may be full
-  if (tape->count > 0)
-    THRUM_TRY(thrum_tape_reach(model, tape, tape->count - 1, error));
+  // and the last one may be full
   if (tape->count == tape->first + tape->length)
     keep_start(tape, state);
-  const thrum_status status =
-      make_step(model, tape, state, tape->count, force, by, equation, error);
+  return THRUM_OK;
+}
+
+/* thrum_tape_step, made so. */
+static thrum_status record(const thrum_model *model, thrum_tape *tape, thrum_state *state,
+                           const double *force, const step_maker *by, thrum_error *error) {
+  THRUM_TRY(prepare(model, tape, state, force, by, error));
+  const thrum_status status = make_step(model, tape, state, tape->count, force, by, error);
   THRUM_TRY(status);
   tape->count++;
   return status;
@@ -603,10 +624,9 @@ static thrum_status record(const thrum_model *model, thrum_tape *tape, thrum_sta
 /* One step alone. */
 static thrum_status record_one(const thrum_model *model, thrum_tape *tape, thrum_state *state,
                                const double *force, const step_maker *by, thrum_error *error) {
-  thrum_step_equation equation;
-  const thrum_status status = record(model, tape, state, force, by, &equation, error);
+  const thrum_status status = record(model, tape, state, force, by, error);
   if (status >= 0)
-    keep_end(model, tape, state, &equation);
+    keep_end(model, tape, state, &tape->running);
   return status;
 }
 
@@ -669,14 +689,13 @@ thrum_status thrum_tape_run_levels(const thrum_model *model, thrum_tape *tape, t
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "the number of steps is %lld; it must be 0 or more", (long long)count);
   thrum_status worst = THRUM_OK;
-  thrum_step_equation equation;
   int64_t done = 0;
   while (done < count && worst >= 0) {
     const double *row = force ? force + done * tape->width : NULL;
     const step_maker by = {.levels = levels ? levels + done * tape->actuators : NULL,
                            .seen = done + 1 == count,
                            .goes_on = done > 0};
-    const thrum_status status = record(model, tape, state, row, &by, &equation, error);
+    const thrum_status status = record(model, tape, state, row, &by, error);
     done += status >= 0 ? 1 : 0;
 
     // the smaller of two notable statuses is the more notable
@@ -684,12 +703,85 @@ thrum_status thrum_tape_run_levels(const thrum_model *model, thrum_tape *tape, t
       worst = status;
   }
   if (done > 0)
-    keep_end(model, tape, state, &equation);
+    keep_end(model, tape, state, &tape->running);
 
   // a run that fails ends where the step before has
   if (worst < 0 && done > 0)
     THRUM_TRY(thrum_state_get(model, state, NULL,
                               tape->p + (tape->count - tape->first) * tape->rank, error));
+  if (made)
+    *made = done;
+  return worst;
+}
+
+/* --- many runs side by side ------------------------------------------------------------------- */
+
+/* Step k of the call, of all runs. */
+static thrum_status batch_step(const thrum_tape_batch *batch, int64_t k, int64_t steps,
+                               const double *force, thrum_error *error) {
+  const thrum_model *model = batch->model;
+  const step_maker by = {.seen = k + 1 == steps, .goes_on = k > 0};
+  for (int64_t n = 0; n < batch->count; n++) {
+    thrum_tape *tape = batch->tapes[n];
+    const double *row = force ? force + (n * steps + k) * tape->width : NULL;
+    THRUM_TRY(prepare(model, tape, batch->states[n], row, &by, error));
+    THRUM_TRY(thrum_state_set_load(model, batch->states[n], row, error));
+  }
+
+  // none of them fails on its way to the step
+  for (int64_t n = 0; n < batch->count; n++)
+    enter_step(batch->tapes[n], batch->states[n]);
+  thrum_status status = thrum_batch_step(model, batch->states, batch->count, batch->statuses,
+                                         batch->workspace, batch->workspace_size, error);
+  for (int64_t n = 0; n < batch->count; n++) {
+    thrum_tape *tape = batch->tapes[n];
+    const double *row = force ? force + (n * steps + k) * tape->width : NULL;
+    if (batch->statuses[n] < 0)
+      continue;
+    const bool seen = by.seen || status < 0;
+    const thrum_status kept =
+        leave_step(model, tape, batch->states[n], tape->count, row, seen, error);
+    if (kept < 0 && status >= 0)
+      status = kept;
+    tape->count++;
+  }
+  return status;
+}
+
+static thrum_status check_batch(const thrum_tape_batch *batch, int64_t steps, thrum_error *error) {
+  if (!batch || !batch->model || !batch->tapes || !batch->states || !batch->statuses ||
+      batch->count < 1 || steps < 0)
+    return thrum_error_set(
+        error, THRUM_INVALID_ARGUMENT,
+        "a batch has a model, tapes, states and statuses, 1 or more of them, and "
+        "makes 0 or more steps");
+  for (int64_t n = 0; n < batch->count; n++) {
+    THRUM_TRY(thrum_tape_check(batch->model, batch->tapes[n], error));
+    batch->statuses[n] = -1;
+  }
+  return THRUM_OK;
+}
+
+thrum_status thrum_tape_batch_run(const thrum_tape_batch *batch, const double *force, int64_t steps,
+                                  int64_t *made, thrum_error *error) {
+  THRUM_TRY(check_batch(batch, steps, error));
+  thrum_status worst = THRUM_OK;
+  int64_t done = 0;
+  while (done < steps && worst >= 0) {
+    const thrum_status status = batch_step(batch, done, steps, force, error);
+    done += status >= 0 ? 1 : 0;
+    if (status < 0 || (status > 0 && (worst == THRUM_OK || status < worst)))
+      worst = status;
+  }
+  for (int64_t n = 0; n < batch->count && (done > 0 || worst < 0); n++) {
+    thrum_tape *tape = batch->tapes[n];
+    if (!tape->running.q)
+      continue;
+    keep_end(batch->model, tape, batch->states[n], &tape->running);
+    if (worst < 0)
+      THRUM_TRY(thrum_state_get(batch->model, batch->states[n], NULL,
+                                tape->p + (tape->count - tape->first) * tape->rank, error));
+  }
   if (made)
     *made = done;
   return worst;

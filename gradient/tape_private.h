@@ -14,6 +14,8 @@ struct thrum_tape {
   bool started;
   double *kappa, *nu, *damping; /* rank each */
   double *start_q, *start_p;    /* rank each */
+  thrum_step_equation running;  /* of the step that is being made, */
+  int64_t divided_before;       /* and how many were divided before it */
   double *end_q, *end_p;        /* rank each: of the state that it records, as that keeps them */
 
   /* The rows of the steps from `first` on: all of them, or those of one segment. */

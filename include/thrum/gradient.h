@@ -146,6 +146,25 @@ THRUM_API thrum_status thrum_tape_run_levels(const thrum_model *model, thrum_tap
                                              const double *levels, int64_t count, int64_t *made,
                                              thrum_error *error);
 
+/* Runs of one model side by side, each on a tape of its own that was started with its state. The
+ * caller's, and only read. */
+typedef struct thrum_tape_batch {
+  const thrum_model *model;
+  thrum_tape *const *tapes;   /* count */
+  thrum_state *const *states; /* count, all different */
+  int64_t count;              /* 1 or more; more: steps are faster (thrum/batch.h) */
+  thrum_status *statuses;     /* count: of each in the last step */
+  void *workspace;            /* of thrum_batch_size bytes, aligned to 64 */
+  size_t workspace_size;
+} thrum_tape_batch;
+
+/* Makes `steps` >= 0 steps of all of them by thrum_batch_step with the rows of `force` (count x
+ * steps x width; NULL: none), and records them: the same bits as by thrum_tape_run. It ends after
+ * the first step in which one fails, which the others have made; *made (may be NULL) gets how many
+ * all have. Passes then go over each tape. Returns as thrum_batch_step, or as thrum_tape_step. */
+THRUM_API thrum_status thrum_tape_batch_run(const thrum_tape_batch *batch, const double *force,
+                                            int64_t steps, int64_t *made, thrum_error *error);
+
 /* Steps recorded since the start; 0 for NULL. */
 THRUM_API int64_t thrum_tape_steps(const thrum_tape *tape);
 

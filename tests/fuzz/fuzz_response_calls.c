@@ -6,6 +6,7 @@
 #include "tests/fuzz/fuzz_use.h"
 
 #include "thrum/actuation.h"
+#include "thrum/batch.h"
 #include "thrum/condensed_model.h"
 #include "thrum/gradient.h"
 #include "thrum/parameters.h"
@@ -220,6 +221,25 @@ static void step_on_plane(const thrum_model *model, thrum_tape *tape, thrum_stat
   must_be_finite(&calmed, 1);
 }
 
+/* A batch of one run, on a tape that may be full. */
+static void run_alone(const thrum_model *model, thrum_tape *tape, thrum_state *state) {
+  thrum_error error = {0};
+  thrum_status status = THRUM_OK;
+  size_t size = 0;
+  fuzz_check(thrum_batch_size(model, &size, &error), &error);
+  void *memory = aligned_alloc(64, (size + 63) / 64 * 64);
+  const thrum_tape_batch batch = {.model = model,
+                                  .tapes = &tape,
+                                  .states = &state,
+                                  .count = 1,
+                                  .statuses = &status,
+                                  .workspace = memory,
+                                  .workspace_size = size};
+  if (memory != NULL)
+    fuzz_check(thrum_tape_batch_run(&batch, NULL, 1, NULL, &error), &error);
+  free(memory);
+}
+
 static void use_tape(const thrum_model *model, fuzz_draw *draw) {
   thrum_state_def def = draw_def(draw, model->rank);
   double q[RANK_MOST], p[RANK_MOST], force[(STEPS + 1) * RANK_MOST];
@@ -259,6 +279,7 @@ static void use_tape(const thrum_model *model, fuzz_draw *draw) {
     else
       fuzz_check(thrum_tape_run(model, tape, state, force + width, STEPS, &made, &error), &error);
     step_on_plane(model, tape, state, draw);
+    run_alone(model, tape, state);
     derive_run(model, tape, draw);
   }
   thrum_tape_destroy(tape);

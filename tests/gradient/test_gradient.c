@@ -5,6 +5,7 @@
 #include "tests/support/condensed_support.h"
 
 #include "thrum/actuation.h"
+#include "thrum/batch.h"
 #include "thrum/gradient.h"
 #include "thrum/step_equation.h"
 
@@ -1008,6 +1009,88 @@ static void checkpoints_give_the_same_bits(void **context) {
   random_model_free(&body);
 }
 
+/* Runs side by side have the bits of runs alone, on their tapes and in their gradients. */
+static void a_batch_of_runs_has_the_bits_of_each(void **context) {
+  (void)context;
+  enum { RUNS = 5 };
+  static const thrum_integrator integrators[] = {THRUM_INTEGRATOR_ENERGY, THRUM_INTEGRATOR_VERLET};
+  random_model body;
+  random_model_make(&body, 4, RANK, 20, 200, 1);
+  const thrum_model *model = &body.model;
+  double *force = random_alloc(RUNS * FORCES, sizeof *force), bar[POINTS], start[RUNS][RANK];
+  random_state random = {9};
+  random_vector(&random, RUNS * FORCES, 300, force);
+  random_vector(&random, POINTS, 1, bar);
+  random_vector(&random, RUNS * RANK, 0.1, start[0]);
+  size_t size = 0;
+  assert_int_equal(thrum_batch_size(model, &size, NULL), THRUM_OK);
+  void *workspace = aligned_alloc(64, (size + 63) / 64 * 64);
+  for (int n = 0; n < 2; n++) {
+    thrum_state_def def = thrum_default_state_def();
+    def.integrator = integrators[n];
+    def.dt = 0.002;
+    thrum_tape *tapes[RUNS], *alone = NULL;
+    thrum_state *states[RUNS];
+    thrum_status statuses[RUNS];
+    for (int k = 0; k < RUNS; k++) {
+      states[k] = state_make(model, &def);
+      assert_int_equal(create(model, STEPS, &tapes[k], NULL), THRUM_OK);
+      assert_int_equal(thrum_tape_start(model, tapes[k], states[k], start[k], NULL, NULL),
+                       THRUM_OK);
+    }
+    const thrum_tape_batch batch = {.model = model,
+                                    .tapes = tapes,
+                                    .states = states,
+                                    .count = RUNS,
+                                    .statuses = statuses,
+                                    .workspace = workspace,
+                                    .workspace_size = size};
+    int64_t made = 0;
+    assert_true(thrum_tape_batch_run(&batch, force, STEPS, &made, NULL) >= 0);
+    assert_int_equal(made, STEPS);
+    assert_int_equal(thrum_tape_batch_run(&batch, NULL, 1, &made, NULL), THRUM_BUFFER_TOO_SMALL);
+    assert_int_equal(made, 0);
+    thrum_state *state = state_make(model, &def);
+    assert_int_equal(create(model, STEPS, &alone, NULL), THRUM_OK);
+    for (int k = 0; k < RUNS; k++) {
+      double q[2][RANK], by_force[2][FORCES];
+      assert_int_equal(thrum_tape_start(model, alone, state, start[k], NULL, NULL), THRUM_OK);
+      assert_true(thrum_tape_run(model, alone, state, force + k * FORCES, STEPS, NULL, NULL) >= 0);
+      assert_memory_equal(thrum_tape_q(alone), thrum_tape_q(tapes[k]), POINTS * sizeof(double));
+      assert_memory_equal(thrum_tape_p(alone), thrum_tape_p(tapes[k]), POINTS * sizeof(double));
+      for (int side = 0; side < 2; side++) {
+        thrum_tape_gradient g = {.q = q[side], .force = by_force[side]};
+        assert_int_equal(thrum_tape_pull_back(model, side ? alone : tapes[k], bar, NULL, &g, NULL),
+                         THRUM_OK);
+      }
+      assert_memory_equal(q[0], q[1], sizeof q[0]);
+      assert_memory_equal(by_force[0], by_force[1], sizeof by_force[0]);
+    }
+
+    // one that fails ends all, and the tapes of the others have its step
+    for (int k = 0; k < RUNS; k++)
+      assert_int_equal(thrum_tape_start(model, tapes[k], states[k], start[k], NULL, NULL),
+                       THRUM_OK);
+    for (int i = 0; i < RANK; i++)
+      force[(2 * 3 + 1) * RANK + i] = 1e300;
+    assert_true(thrum_tape_batch_run(&batch, force, 3, &made, NULL) < 0);
+    assert_int_equal(made, 1);
+    for (int k = 0; k < RUNS; k++)
+      assert_int_equal(thrum_tape_steps(tapes[k]), k == 2 ? 1 : 2);
+    random_vector(&random, RUNS * FORCES, 300, force);
+    assert_int_equal(thrum_tape_batch_run(NULL, force, 3, &made, NULL), THRUM_INVALID_ARGUMENT);
+    for (int k = 0; k < RUNS; k++) {
+      thrum_tape_destroy(tapes[k]);
+      state_free(states[k]);
+    }
+    thrum_tape_destroy(alone);
+    state_free(state);
+  }
+  free(workspace);
+  free(force);
+  random_model_free(&body);
+}
+
 /* With checkpoints the forces are one array. */
 static void a_force_of_another_array_is_refused(void **context) {
   (void)context;
@@ -1109,6 +1192,7 @@ int main(void) {
       cmocka_unit_test(a_gradient_that_overflows_writes_nothing),
       cmocka_unit_test(what_follows_is_differentiated),
       cmocka_unit_test(checkpoints_give_the_same_bits),
+      cmocka_unit_test(a_batch_of_runs_has_the_bits_of_each),
       cmocka_unit_test(a_force_of_another_array_is_refused),
       cmocka_unit_test(bad_calls_are_refused),
   };
