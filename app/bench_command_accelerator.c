@@ -1,16 +1,48 @@
 /* `thrum bench accelerator`. SPDX-License-Identifier: Apache-2.0 */
-#include <stdio.h>
-
 #include "app/bench_command.h"
 #include "app/bench_speed.h"
 #include "bench/measure_accelerator.h"
 #include "config/message.h"
 #include "io/json.h"
 
-static void print_device(const thrum_accelerator_info *info) {
-  printf("%s (%s), %d compute units, %s precision", info->name, info->platform, (int)info->units,
-         info->single ? "single" : "single and double");
+static const report_line device[] = {
+    REPORT_LINE("", "{device} ({platform}), {compute_units:.0f} compute units, "
+                    "{single?single|single and double} precision[; single-precision peak "
+                    "{device_peak_gflops:.1f} GFLOP/s]"),
+    {0},
+};
+static const char head[] =
+    " rank  bodies      h [s]   body-steps/s    GFLOP/s    of peak   steps      error";
+static const report_line lines[] = {
+    REPORT_LINE("", "{rank:5.0f} {bodies:7.0f} {h:10.3g} {body_steps_per_second:14.4g} "
+                    "{gflops:10.2f} {share_of_peak:8.1f%} {steps:7.0f} {error:10.1e}"),
+    {0},
+};
+
+/* Names the device of a row. */
+static void add_device(cJSON *row, const thrum_accelerator_info *info) {
+  json_string(row, "device", info->name);
+  json_string(row, "platform", info->platform);
+  json_number(row, "compute_units", info->units);
+  cJSON_AddBoolToObject(row, "single", info->single);
 }
+
+/* Prints the last row, behind the device where it is the first. */
+static void print_row(const bench_request *request, const cJSON *rows, const char *columns,
+                      const report_line *of) {
+  if (!request->json && cJSON_GetArraySize(rows) == 1)
+    report_print(cJSON_GetArrayItem(rows, 0), NULL, 0, device);
+  bench_row_print(request, rows, columns, 0, of);
+}
+
+static const char mesh_head[] = "vertices     tets      h [s]  ms a step  one core ms     Newton  "
+                                "gradients   steps      error";
+static const report_line mesh_lines[] = {
+    REPORT_LINE("", "{vertices:8.0f} {tetrahedra:8.0f} {h:10.3g} {ms_per_step:10.3f} "
+                    "{ms_per_step_of_one_core:12.3f} {mean_iterations:10.2f} "
+                    "{mean_solver_iterations:10.1f} {steps:7.0f} {error:10.1e}"),
+    {0},
+};
 
 static thrum_status run_mesh(const bench_request *request, const thrum_model *model, cJSON *rows,
                              thrum_error *error) {
@@ -19,15 +51,6 @@ static thrum_status run_mesh(const bench_request *request, const thrum_model *mo
   bench.step.batches = request->batches;
   THRUM_TRY(bench_mesh_body_run(model, &bench, error));
 
-  if (!request->json) {
-    print_device(&bench.info);
-    printf("\n%8s %8s %10s %10s %12s %10s %10s %7s %10s\n", "vertices", "tets", "h [s]",
-           "ms a step", "one core ms", "Newton", "gradients", "steps", "error");
-    printf("%8lld %8lld %10.3g %10.3f %12.3f %10.2f %10.1f %7lld %10.1e\n",
-           (long long)bench.vertices, (long long)bench.tets, bench.step.def.dt, bench.ms,
-           bench.ms_here, bench.iterations, bench.solver_iterations, (long long)bench.steps,
-           bench.error);
-  }
   cJSON *row = json_add_row(rows);
   json_number(row, "vertices", (double)bench.vertices);
   json_number(row, "tetrahedra", (double)bench.tets);
@@ -38,9 +61,8 @@ static thrum_status run_mesh(const bench_request *request, const thrum_model *mo
   json_number(row, "mean_solver_iterations", bench.solver_iterations);
   json_number(row, "steps", (double)bench.steps);
   json_number(row, "error", bench.error);
-  json_string(row, "device", bench.info.name);
-  json_string(row, "platform", bench.info.platform);
-  cJSON_AddBoolToObject(row, "single", bench.info.single);
+  add_device(row, &bench.info);
+  print_row(request, rows, mesh_head, mesh_lines);
   return THRUM_OK;
 }
 
@@ -53,20 +75,6 @@ static thrum_status run(const bench_request *request, const thrum_model *model, 
   bench.step.batches = request->batches;
   THRUM_TRY(bench_accelerator_run(model, &bench, error));
 
-  // the device stands before the first row
-  if (!request->json) {
-    if (cJSON_GetArraySize(rows) == 0) {
-      print_device(&bench.info);
-      printf("; single-precision peak %.1f GFLOP/s\n", bench.peak_gflops);
-      printf("%5s %7s %10s %14s %10s %10s %7s %10s\n", "rank", "bodies", "h [s]", "body-steps/s",
-             "GFLOP/s", "of peak", "steps", "error");
-    }
-    printf("%5lld %7lld %10.3g %14.4g %10.2f %9.1f%% %7lld %10.1e\n", (long long)model->rank,
-           (long long)bench.bodies, bench.step.def.dt, bench.body_steps, bench.gflops,
-           100 * bench.gflops / bench.peak_gflops, (long long)bench.steps, bench.error);
-  }
-
-  // the same as JSON
   cJSON *row = json_add_row(rows);
   json_number(row, "rank", (double)model->rank);
   json_number(row, "bodies", (double)bench.bodies);
@@ -78,9 +86,8 @@ static thrum_status run(const bench_request *request, const thrum_model *model, 
   json_number(row, "share_of_peak", bench.gflops / bench.peak_gflops);
   json_number(row, "steps", (double)bench.steps);
   json_number(row, "error", bench.error);
-  json_string(row, "device", bench.info.name);
-  json_string(row, "platform", bench.info.platform);
-  cJSON_AddBoolToObject(row, "single", bench.info.single);
+  add_device(row, &bench.info);
+  print_row(request, rows, head, lines);
   return THRUM_OK;
 }
 

@@ -6,6 +6,17 @@
 #include "config/message.h"
 #include "io/json.h"
 
+static const char head[] =
+    " rank  bodies  alone us    median   many us    median     h [s]  implicit  "
+    "iterations  real time  bits";
+static const report_line lines[] = {
+    REPORT_LINE("", "{rank:5.0f} {bodies:7.0f} {us_per_step_alone:9.2f} "
+                    "{us_per_step_alone_median:9.2f} {us_per_step:9.2f} {us_per_step_median:9.2f} "
+                    "{h:9.3g} {implicit_modes:9.0f} {mean_iterations:11.2f} "
+                    "{bodies_in_real_time:10.0f} {same_bits? same|DIFFER}"),
+    {0},
+};
+
 static thrum_status run(const bench_request *request, const thrum_model *model, cJSON *rows,
                         thrum_error *error) {
   // the measurement, with the options of the command
@@ -17,18 +28,6 @@ static thrum_status run(const bench_request *request, const thrum_model *model, 
   // how many bodies one core steps in real time
   const double real_time = 1e6 * batch.step.dt / batch.together.minimum;
 
-  // a line of the table, whose head comes with the first row
-  if (!request->json) {
-    if (cJSON_GetArraySize(rows) == 0)
-      printf("%5s %7s %9s %9s %9s %9s %9s %9s %11s %10s %5s\n", "rank", "bodies", "alone us",
-             "median", "many us", "median", "h [s]", "implicit", "iterations", "real time", "bits");
-    printf("%5lld %7lld %9.2f %9.2f %9.2f %9.2f %9.3g %9d %11.2f %10.0f %5s\n",
-           (long long)model->rank, (long long)batch.bodies, batch.alone.minimum, batch.alone.median,
-           batch.together.minimum, batch.together.median, batch.step.dt, (int)batch.implicit_modes,
-           batch.iterations, real_time, batch.same_bits ? "same" : "DIFFER");
-  }
-
-  // the same as JSON
   cJSON *row = json_add_row(rows);
   json_number(row, "rank", (double)model->rank);
   json_number(row, "bodies", (double)batch.bodies);
@@ -42,6 +41,7 @@ static thrum_status run(const bench_request *request, const thrum_model *model, 
   json_number(row, "workspace_bytes", batch.workspace_bytes);
   cJSON_AddBoolToObject(row, "same_bits", batch.same_bits);
   json_string(row, "kernel", thrum_kernel_name(thrum_kernel_chosen(request->kernel)));
+  bench_row_print(request, rows, head, 0, lines);
   return THRUM_OK;
 }
 

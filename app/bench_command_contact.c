@@ -1,7 +1,6 @@
 /* `thrum bench contact`: options and output; the measurement is bench/measure_contact.c.
  * SPDX-License-Identifier: Apache-2.0 */
 #include <getopt.h>
-#include <stdio.h>
 
 #include "app/bench_command.h"
 #include "app/bench_speed.h"
@@ -13,6 +12,8 @@
 #include "io/json.h"
 #include "platform/thread_team.h"
 #include "precompute/build_info.h"
+
+#define WIDTH 18 /* of the name of a scene */
 
 typedef struct request {
   bench_contact bench;
@@ -50,10 +51,9 @@ const config_command command_bench_contact = {
                 "bench contact --bodies 20 --pairs 10 --threads 2 --json",
 };
 
-static const char *const names[BENCH_CONTACT_SCENES] = {"without contact", "apart", "touching"};
 static const char *const keys[BENCH_CONTACT_SCENES] = {"without_us", "apart_us", "touching_us"};
 
-static void print_json(const request *asked) {
+static cJSON *report(const request *asked) {
   const bench_contact *bench = &asked->bench;
   cJSON *object = cJSON_CreateObject();
   json_string(object, "processor", bench_processor());
@@ -64,27 +64,35 @@ static void print_json(const request *asked) {
   json_number(object, "triangles", (double)bench->triangle_count);
   json_number(object, "threads", bench->threads);
   json_number(object, "h", bench->dt);
+  json_number(object, "steps", (double)bench->steps);
 
   // each scene by its minimum and its median
   for (int n = 0; n < BENCH_CONTACT_SCENES; n++)
     bench_row_time(object, keys[n], &bench->time[n]);
   json_number(object, "touches", bench->touches);
   json_number(object, "sweeps", bench->sweeps);
-  json_print(object);
+  return object;
 }
 
-static void print_table(const request *asked) {
-  const bench_contact *bench = &asked->bench;
-  printf("%s; %s\n", bench_processor(), thrum_build_compiler());
-  printf("%lld bodies of rank %lld with %lld triangles, h = %g s, %lld steps, %d thread%s\n\n",
-         (long long)bench->bodies, (long long)bench->model->rank, (long long)bench->triangle_count,
-         bench->dt, (long long)bench->steps, (int)bench->threads, bench->threads > 1 ? "s" : "");
-  printf("                    minimum    median [us]\n");
-  for (int n = 0; n < BENCH_CONTACT_SCENES; n++)
-    printf("  %-15s %11.1f %9.1f\n", names[n], bench->time[n].minimum, bench->time[n].median);
-  printf("\n  %lld pairs touch at %.1f places, %.1f sweeps a step\n", (long long)bench->pairs,
-         bench->touches, bench->sweeps);
-}
+static const report_line head[] = {
+    REPORT_LINE("", "{processor}; {compiler}"),
+    REPORT_LINE("",
+                "{bodies} bodies of rank {rank} with {triangles} triangles, h = {h:g} s, {steps} "
+                "steps, {threads} thread{threads#|s}"),
+    REPORT_LINE("", ""),
+    REPORT_LINE("", "                    minimum    median [[us]]"),
+    {0},
+};
+static const report_line lines[] = {
+#define SCENE(label, key) REPORT_LINE(label, "{" key ":11.1f} {" key "_median:9.1f}")
+    SCENE("  without contact", "without_us"),
+    SCENE("  apart", "apart_us"),
+    SCENE("  touching", "touching_us"),
+#undef SCENE
+    REPORT_LINE("  on each other",
+                "  {pairs} pairs, at {touches:.1f} places, {sweeps:.1f} sweeps a step"),
+    {0},
+};
 
 /* The measurement with a model. */
 static thrum_status measure(request *asked, const thrum_model *model, thrum_error *error) {
@@ -97,7 +105,7 @@ static thrum_status measure(request *asked, const thrum_model *model, thrum_erro
   asked->bench.threads = (int32_t)asked->threads;
   const thrum_status status = bench_contact_run(&asked->bench, error);
   if (status >= 0)
-    (asked->json ? print_json : print_table)(asked);
+    bench_report_end(report(asked), asked->json, head, WIDTH, lines);
   display_surface_free(&surface);
   return status;
 }

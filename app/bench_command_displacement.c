@@ -1,7 +1,6 @@
 /* `thrum bench displacement`: options and output; the measurement is bench/measure_displacement.c.
  * SPDX-License-Identifier: Apache-2.0 */
 #include <getopt.h>
-#include <stdio.h>
 
 #include "app/bench_command.h"
 #include "app/bench_speed.h"
@@ -10,6 +9,8 @@
 #include "config/options.h"
 #include "io/json.h"
 #include "precompute/build_info.h"
+
+#define WIDTH 29 /* of the name of a way */
 
 typedef struct request {
   bench_displacement bench;
@@ -41,7 +42,7 @@ const config_command command_bench_displacement = {
                 "bench displacement --vertices 5000 --rank 60 --json",
 };
 
-static void print_json(const bench_displacement *bench) {
+static cJSON *report(const bench_displacement *bench) {
   cJSON *object = cJSON_CreateObject();
   json_string(object, "processor", bench_processor());
   json_string(object, "compiler", thrum_build_compiler());
@@ -62,33 +63,34 @@ static void print_json(const bench_displacement *bench) {
   json_number(object, "ratio_columns", bench->ratio_columns);
   json_number(object, "ratio_median", bench->ratio_median);
   json_number(object, "bytes_per_us", bench->bytes_surface / bench->surface.minimum);
+  json_number(object, "gb_per_s", 1e-3 * bench->bytes_surface / bench->surface.minimum);
   json_number(object, "difference", bench->difference);
-  json_print(object);
+  return object;
 }
 
-static void print_table(const bench_displacement *bench) {
-  printf("u = U q of %lld vertices at rank %lld, %lld repetitions, one thread\n",
-         (long long)bench->vertices, (long long)bench->rank, (long long)bench->repetitions);
-  printf("%s, %s, OpenBLAS core %s\n\n", bench_processor(), thrum_build_compiler(),
-         thrum_build_blas_core());
-
-  // one line for each way
-  printf("                               minimum    median [us]\n");
-  printf("  dgemv, double              %9.1f %9.1f\n", bench->dgemv.minimum, bench->dgemv.median);
-  printf("  the same, U by columns     %9.1f %9.1f\n", bench->dgemv_columns.minimum,
-         bench->dgemv_columns.median);
-  printf("  thrum_displacement, double %9.1f %9.1f\n", bench->plain.minimum, bench->plain.median);
-  printf("  surface, single            %9.1f %9.1f\n", bench->surface.minimum,
-         bench->surface.median);
-  printf("  its normals                %9.1f %9.1f\n\n", bench->normals.minimum,
-         bench->normals.median);
-
-  printf("  surface over dgemv         %9.3f %9.3f\n", bench->ratio, bench->ratio_median);
-  printf("  over the one by columns    %9.3f\n", bench->ratio_columns);
-  printf("  surface reads U at         %9.2f GB/s\n",
-         bench->bytes_surface / bench->surface.minimum * 1e-3);
-  printf("  largest difference         %9.1e of the largest displacement\n", bench->difference);
-}
+static const report_line head[] = {
+    REPORT_LINE("", "u = U q of {vertices} vertices at rank {rank}, {repetitions} repetitions, one "
+                    "thread"),
+    REPORT_LINE("", "{processor}, {compiler}, OpenBLAS core {blas_core}"),
+    REPORT_LINE("", ""),
+    REPORT_LINE("", "                               minimum    median [[us]]"),
+    {0},
+};
+static const report_line lines[] = {
+// one line for each way
+#define WAY(label, key) REPORT_LINE(label, "{" key ":9.1f} {" key "_median:9.1f}")
+    WAY("  dgemv, double", "dgemv_us"),
+    WAY("  the same, U by columns", "dgemv_columns_us"),
+    WAY("  thrum_displacement, double", "double_us"),
+    WAY("  surface, single", "surface_us"),
+    WAY("  its normals", "normals_us"),
+#undef WAY
+    REPORT_LINE("  surface over dgemv", "{ratio:9.3f} {ratio_median:9.3f}"),
+    REPORT_LINE("  over the one by columns", "{ratio_columns:9.3f}"),
+    REPORT_LINE("  surface reads U at", "{gb_per_s:9.2f} GB/s"),
+    REPORT_LINE("  largest difference", "{difference:9.1e} of the largest displacement"),
+    {0},
+};
 
 int bench_displacement_command(int argc, char **argv) {
   request asked = {.bench = {.vertices = 19796, .rank = 30, .repetitions = 200}};
@@ -98,6 +100,6 @@ int bench_displacement_command(int argc, char **argv) {
   thrum_error error = {.status = THRUM_OK};
   if (bench_displacement_run(&asked.bench, &error) < 0)
     return config_refuse(&error);
-  (asked.json ? print_json : print_table)(&asked.bench);
+  bench_report_end(report(&asked.bench), asked.json, head, WIDTH, lines);
   return COMMAND_DONE;
 }

@@ -9,6 +9,14 @@
 #include "driver/model/model_cut.h"
 #include "io/json.h"
 
+#define HEAD " rank   us/step    median       h [s]  implicit  iterations  refactor   GFLOP/s"
+static const report_line lines[] = {
+    REPORT_LINE("", "{rank:5.0f} {us_per_step:9.2f} {us_per_step_median:9.2f} {h:11.3g} "
+                    "{implicit_modes:9.0f} {mean_iterations:11.2f} {mean_factorisations:9.2f} "
+                    "{gflops:9.2f}" BENCH_RATES("")),
+    {0},
+};
+
 static thrum_status measure(const bench_request *request, const thrum_model *model, cJSON *rows,
                             thrum_error *error) {
   // the measurement, with the options of the command
@@ -17,29 +25,13 @@ static thrum_status measure(const bench_request *request, const thrum_model *mod
   step.batches = request->batches;
   THRUM_TRY(bench_step_run(model, &step, error));
 
-  // the rates that were reached, beside those of the machine
+  // one row, with the rates that were reached beside those of the machine
   const char *level;
   const double each = bench_coefficient_bytes(model), bytes = each * bench_terms(model->rank);
   const double bandwidth = bench_machine_bandwidth(&request->rates, bytes, &level);
   const double gflops = 1e-3 * step.operations / step.time.minimum;
   const double bound = 1e-3 * each * step.coefficients / bandwidth;
 
-  // a line of the table, whose head comes with the first row
-  if (!request->json) {
-    if (cJSON_GetArraySize(rows) == 0)
-      printf("%5s %9s %9s %11s %9s %11s %9s %9s%s\n", "rank", "us/step", "median", "h [s]",
-             "implicit", "iterations", "refactor", "GFLOP/s",
-             request->machine ? "  FMA peak  bandwidth    bound us" : "");
-    printf("%5lld %9.2f %9.2f %11.3g %9d %11.2f %9.2f %9.2f", (long long)model->rank,
-           step.time.minimum, step.time.median, step.dt, (int)step.implicit_modes, step.iterations,
-           step.factorisations, gflops);
-    if (request->machine)
-      printf(" %7.0f %% %7.0f %% of %-4s %9.3f", 100 * gflops / request->rates.peak_gflops,
-             100 * bound / step.time.minimum, level, bound);
-    printf("\n");
-  }
-
-  // the same as JSON
   cJSON *row = json_add_row(rows);
   json_number(row, "rank", (double)model->rank);
   bench_row_time(row, "us_per_step", &step.time);
@@ -55,6 +47,7 @@ static thrum_status measure(const bench_request *request, const thrum_model *mod
   json_number(row, "share_of_bandwidth", request->machine ? bound / step.time.minimum : NAN);
   json_string(row, "level", level);
   json_string(row, "kernel", thrum_kernel_name(thrum_kernel_chosen(request->kernel)));
+  bench_row_print(request, rows, request->machine ? HEAD BENCH_RATES_HEAD : HEAD, 0, lines);
   return THRUM_OK;
 }
 

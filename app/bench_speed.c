@@ -19,6 +19,22 @@
 
 #define MIB 1048576.0
 
+void bench_row_print(const bench_request *request, const cJSON *rows, const char *head, int width,
+                     const report_line *lines) {
+  if (request->json)
+    return;
+  if (cJSON_GetArraySize(rows) == 1)
+    printf("%s\n", head);
+  report_print(cJSON_GetArrayItem(rows, cJSON_GetArraySize(rows) - 1), NULL, width, lines);
+}
+
+void bench_report_end(cJSON *report, bool json, const report_line *head, int width,
+                      const report_line *lines) {
+  if (!json)
+    report_print(report, NULL, 0, head);
+  report_show(report, NULL, json, width, lines);
+}
+
 void bench_row_time(cJSON *row, const char *key, const bench_time *time) {
   char median[80];
   snprintf(median, sizeof median, "%s_median", key);
