@@ -1,7 +1,6 @@
 /* `thrum tradeoff`: what speed costs in accuracy, and which setting to take. validation/tradeoff
  * measures; this file reads the request, prints the result and writes its files.
  * SPDX-License-Identifier: Apache-2.0 */
-#include <inttypes.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -22,6 +21,7 @@
 #include "driver/spec/shared_options.h"
 #include "io/folder.h"
 #include "io/json.h"
+#include "io/report.h"
 #include "platform/allocate.h"
 #include "platform/interrupt.h"
 
@@ -375,6 +375,10 @@ static void add_tests(cJSON *object, const trade *t) {
   for (int64_t n = 0; n < t->problem.test_count; n++) {
     cJSON *item = json_add_row(tests);
     json_string(item, "load", t->test_texts[n]);
+    json_string(item, "status",
+                isfinite(t->result.test_error[n])          ? "done"
+                : t->jobs.missed[t->jobs.recipe_count + n] ? "not run"
+                                                           : "lost");
     json_number(item, "error", t->result.test_error[n]);
     json_number(item, "velocity_error", t->result.test_velocity[n]);
     json_number(item, "own_basis_error", t->result.test_own_error[n]);
@@ -420,29 +424,40 @@ static const char *note_of(const trade *t, const tradeoff_run *run) {
   return barred != NULL && (chosen == NULL || run->cost < chosen->cost) ? barred : "";
 }
 
+/* The columns of a run, which are those of its JSON: the setting, its cost, its errors by their
+ * sources. */
+static const char run_head[] = "method        rank basis   coeff.      h [s]      tol.   us/step   "
+                               "cost s/s   faster      error   "
+                               "velocity   of basis    in time  frequency";
+static const report_line run_lines[] = {
+    REPORT_LINE("",
+                "{integrator:-8s} {stepped:6s}{rank:3.0f} {basis:-7s} {energy:-8s} {dt:8.4g} "
+                "{tolerance:9.0e} {us_per_step:9.2f|        -} {cost_s_per_s:10.2e|         -} "
+                "{times_faster_than_full:8.0f|       -} {error:8.3g%|       - %} "
+                "{errors.velocity:8.3g%|       - %} {basis_errors.displacement:8.3g%|       - %} "
+                "{time_errors.displacement:8.3g%|       - %} "
+                "{frequency_error:8.3g%|       - %}{note}"),
+    {0},
+};
+
 static void print_run(const trade *t, const tradeoff_run *run, const char *note) {
   const tradeoff_basis *basis = &t->result.bases[run->basis];
   const tradeoff_recipe *recipe = &basis->recipe;
+  cJSON *object = run_json(t, run), *more = cJSON_CreateObject();
 
   // a condensed basis steps some of its coordinates; points have no coefficients
-  char masters[16] = "", energy[24];
+  char text[80] = "";
   if (recipe->masters > 0)
-    snprintf(masters, sizeof masters, "%d of ", (int)recipe->masters);
-  snprintf(energy, sizeof energy, "%s", recipe->single ? "single" : "double");
+    snprintf(text, sizeof text, "%d of ", (int)recipe->masters);
+  json_string(more, "stepped", text);
+  snprintf(text, sizeof text, "%s", recipe->single ? "single" : "double");
   if (basis->points > 0)
-    snprintf(energy, sizeof energy, "%d pts", (int)basis->points);
-
-  // the columns of the table: the setting, its cost, and its errors by their sources
-  printf("%-8s %6s%3" PRId64 " %-7s %-8s %8.4g %9.0e %9.2f %10.2e %8.0f %8.3g %% %8.3g %% %8.3g %% "
-         "%8.3g %% %8.3g %%%s%s\n",
-         experiment_scheme_names[run->integrator], masters, basis->rank,
-         recipe->trained      ? "trained"
-         : recipe->modes == 0 ? "own"
-                              : "modes",
-         energy, run->dt, run->tolerance, run->us_per_step, run->cost,
-         t->result.full_cost / run->cost, 100 * run->error.displacement, 100 * run->error.velocity,
-         100 * basis->error.displacement, 100 * run->time_error.displacement,
-         100 * run->frequency_error, note[0] ? "  " : "", note);
+    snprintf(text, sizeof text, "%d pts", (int)basis->points);
+  json_string(more, "energy", text);
+  json_string(more, "basis", recipe->trained ? "trained" : recipe->modes == 0 ? "own" : "modes");
+  snprintf(text, sizeof text, "%s%.70s", note[0] != 0 ? "  " : "", note);
+  json_string(more, "note", text);
+  report_end(object, more, 0, run_lines);
 }
 
 /* Prints the setting that comes nearest where none does what was asked for. */
@@ -467,33 +482,31 @@ static void print_nearest(const trade *t) {
     puts("bases trained on the load are tried without --ranks, or with --rank-max");
 }
 
-static void print_tests(const trade *t) {
-  for (int64_t n = 0; n < t->problem.test_count; n++) {
-    printf("%-44s", t->test_texts[n]);
-    if (isfinite(t->result.test_error[n]))
-      printf(" %8.3g %%, velocity %.3g %%", 100 * t->result.test_error[n],
-             100 * t->result.test_velocity[n]);
-    else
-      printf(" %10s", t->jobs.missed[t->jobs.recipe_count + n] ? "not run" : "lost");
-    if (isfinite(t->result.test_own_error[n]))
-      printf(", under a load that was in no training; own basis %.3g %%, velocity %.3g %%",
-             100 * t->result.test_own_error[n], 100 * t->result.test_own_velocity[n]);
-    puts("");
-  }
-}
+static const report_line test_lines[] = {
+    REPORT_LINE("",
+                "{load:-44s} {error:8.3g%|{status:10s}}[, velocity {velocity_error:.3g%}][, under "
+                "a load that was "
+                "in no training; own basis {own_basis_error:.3g%}, velocity "
+                "{own_basis_velocity_error:.3g%}]",
+                .each = "tests"),
+    {0},
+};
+static const report_line full_lines[] = {
+    REPORT_LINE(
+        "full order",
+        "{full.components:.0f} components of {full.law}, {ms:.3g} ms a step of {full.dt:g} "
+        "s, {full.cost_s_per_s:.3g} s for a second; in time off by {full.error:.2g%|nan %}"),
+    {0},
+};
 
 static void print_table(const trade *t) {
-  printf("full order   %" PRId64
-         " components of %s, %.3g ms a step of %g s, %.3g s for a second; in "
-         "time off by %.2g %%\n",
-         t->result.free_count, thrum_law_name(thrum_law_of_model(t->model)),
-         1e-3 * t->result.full_us_per_step, t->request->full_dt, t->result.full_cost,
-         100 * t->result.full_error);
+  cJSON *object = cJSON_CreateObject(), *more = cJSON_CreateObject();
+  add_full(object, t);
+  json_number(more, "ms", 1e-3 * t->result.full_us_per_step);
+  report_end(object, more, REPORT_LABEL, full_lines);
 
   // a line for each run that no other beats in both cost and error, and for the one that is taken
-  printf("%-8s %9s %-7s %-8s %8s %9s %9s %10s %8s %10s %10s %10s %10s %10s\n", "method", "rank",
-         "basis", "coeff.", "h [s]", "tol.", "us/step", "cost s/s", "faster", "error", "velocity",
-         "of basis", "in time", "frequency");
+  puts(run_head);
   for (int64_t n = 0; n < t->result.run_count; n++)
     if (t->result.runs[n].front || n == t->chosen)
       print_run(t, &t->result.runs[n], note_of(t, &t->result.runs[n]));
@@ -517,7 +530,9 @@ static void print_table(const trade *t) {
     printf("thrum simulate flags its run as %s%s; no setting that does what was asked is not "
            "flagged\n",
            tradeoff_flag(chosen), chosen->grew ? "" : ": steps needed more than their own scheme");
-  print_tests(t);
+  cJSON *tests = cJSON_CreateObject();
+  add_tests(tests, t);
+  report_end(tests, NULL, 0, test_lines);
   tradeoff_commands_print(&t->commands);
 }
 
