@@ -434,6 +434,7 @@ void scene_run_unmake(scene_run *run) {
     free(run->bodies[n].material);
     free(run->bodies[n].vertices);
     free(run->bodies[n].sphere_at);
+    free(run->bodies[n].middle_at);
     free(run->bodies[n].surface);
     condensed_check_close(&run->bodies[n].check);
   }

@@ -68,11 +68,49 @@ static void find_box(scene_body_run *body) {
   body->thickness = body->spec->scale * thickness;
 }
 
+/* Where the middle of a body is, in the axes of another one. */
+static void find_middle(const scene_run *run, int32_t n, int32_t in, double at[3]) {
+  const scene_body_run *body = run->bodies + n;
+  double matrix[16], place[3];
+  thrum_scene_body_matrix(run->scene, n, matrix);
+  for (int axis = 0; axis < 3; axis++) {
+    place[axis] = matrix[12 + axis];
+    for (int c = 0; c < 3; c++)
+      place[axis] += matrix[4 * c + axis] * 0.5 * (body->least[c] + body->most[c]);
+  }
+  scene_run_in_mesh(run, in, place, at);
+}
+
+/* Would both touch, if they could? */
+static bool would_touch(const scene_run *run, int32_t a, int32_t b) {
+  return a != b && run->spec.collide && run->bodies[a].spec->collide &&
+         run->bodies[b].spec->collide && run->bodies[b].model->vertices != NULL;
+}
+
+/* What passes a condensed body between two rows is seen by the way of its middle. */
+static thrum_status open_ways(scene_run *run, thrum_error *error) {
+  const int32_t count = (int32_t)run->spec.bodies.count;
+  for (int32_t n = 0; n < count && run->has_passing; n++) {
+    scene_body_run *body = run->bodies + n;
+    if (!scene_run_is_condensed(run, n) || body->def.triangle_count == 0)
+      continue;
+    THRUM_TRY(
+        thrum_reserve(&body->middle_at, 3 * count, sizeof *body->middle_at, "a scene", error));
+    THRUM_TRY(thrum_reserve(&body->surface, 3 * body->model->vertex_count, sizeof *body->surface,
+                            "a scene", error));
+    for (int32_t other = 0; other < count; other++)
+      find_middle(run, other, n, body->middle_at + 3 * (int64_t)other);
+  }
+  return THRUM_OK;
+}
+
 thrum_status scene_run_look_for_crossings(scene_run *run, thrum_error *error) {
   run->has_hard_obstacles = has_hard_obstacles(run);
-  for (int64_t n = 0; n < run->spec.bodies.count && run->has_hard_obstacles; n++)
+  const bool boxes = run->has_hard_obstacles || run->has_passing;
+  for (int64_t n = 0; n < run->spec.bodies.count && boxes; n++)
     if (run->bodies[n].model->vertices != NULL)
       find_box(run->bodies + n);
+  THRUM_TRY(open_ways(run, error));
   return scene_run_open_spheres(run, error);
 }
 
@@ -105,13 +143,33 @@ static void note_meeting(scene_run *run) {
   find_nearest(run, run->met);
 }
 
+/* Follows the middle of each body on its way to this row; *found is the first that went through a
+ * condensed one. */
+static void follow_ways(const scene_run *run, thrum_scene_overlap *found) {
+  for (int32_t n = 0; n < run->spec.bodies.count; n++) {
+    const scene_body_run *body = run->bodies + n;
+    for (int32_t other = 0; body->middle_at != NULL && other < run->spec.bodies.count; other++) {
+      double *before = body->middle_at + 3 * (int64_t)other, now[3];
+      if (!would_touch(run, n, other))
+        continue;
+      find_middle(run, other, n, now);
+      if (found->body < 0 && scene_run_goes_through(run, n, before, now))
+        *found = (thrum_scene_overlap){.body = other, .other = n, .obstacle = -1, .solid = -1};
+      memcpy(before, now, sizeof now);
+    }
+  }
+}
+
 thrum_status scene_run_look_through(scene_run *run, double time, thrum_error *error) {
   thrum_scene_overlap found;
   if (!run->has_passing || run->through_time > 0 || !(time > 0))
     return THRUM_OK;
   THRUM_TRY(thrum_scene_find_overlap(run->scene, &found, error));
-  if (found.body < 0 || found.obstacle >= 0 ||
+  if (found.obstacle >= 0 ||
       (!scene_run_is_condensed(run, found.body) && !scene_run_is_condensed(run, found.other)))
+    found.body = -1;
+  follow_ways(run, &found);
+  if (found.body < 0)
     return THRUM_OK;
   run->through = found;
   run->through_time = time;
@@ -184,14 +242,15 @@ bool scene_run_has_declined(const scene_run *run) {
   return any;
 }
 
-/* Something was in a condensed body. */
+/* Something was in a condensed body, or went through it. */
 static void warn_of_passed(const scene_run *run) {
   char in[SCENE_OVERLAP_NAME];
   scene_run_name_overlap(run, &run->through, in);
-  config_warn("body '%.60s' is in %s at %.4g s, and one of them is condensed, so that they do not "
-              "touch: do not trust it; precompute that one with --touch-stepped, or say "
-              "\"collide\": false of it",
-              run->bodies[run->through.body].spec->name, in, run->through_time);
+  config_warn(
+      "body '%.60s' is in %s at %.4g s, or went through it, and one of them is condensed, so "
+      "that they do not touch: do not trust it; precompute that one with --touch-stepped, or say "
+      "\"collide\": false of it",
+      run->bodies[run->through.body].spec->name, in, run->through_time);
 }
 
 /* How deep bodies really are in each other at the end: a touch knows places that are near alone. */

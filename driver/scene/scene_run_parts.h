@@ -60,7 +60,9 @@ typedef struct scene_body_run {
   double least[3], most[3]; /* that box, in the mesh [m] */
   double *sphere_at; /* 3 each of the obstacles: of spheres, the centre in the axes of the mesh as
                         it was looked at last [m]; owned, NULL: none is looked at */
-  double *surface;   /* scratch for that, 3 each of the vertices; owned */
+  double *middle_at; /* of a condensed body, 3 each of the bodies: the middle of each in the axes of
+                        its mesh at the last row [m]; owned, NULL: none is looked at */
+  double *surface;   /* scratch for both, 3 each of the vertices; owned */
   double turn_share; /* of a free body of which the file does not say whether it is coupled: its
                         spin at the start over its lowest angular frequency [1] */
   bool coupled_by_default;

@@ -20,17 +20,26 @@ static bool is_sphere(const scene_obstacle_spec *spec) {
   return spec->shape == SCENE_SPHERE && !spec->inside;
 }
 
-/* The centre of a sphere now, in the axes of a mesh whose place in the world is given. */
-static void centre_in(const scene_run *run, const scene_obstacle_spec *spec,
-                      const double matrix[16], double scale, double at[3]) {
-  const double time = (double)thrum_scene_steps(run->scene) * run->dt;
-  double from[3];
+void scene_run_in_mesh(const scene_run *run, int32_t n, const double place[3], double at[3]) {
+  const double scale = run->bodies[n].spec->scale;
+  double matrix[16], from[3];
+  thrum_scene_body_matrix(run->scene, n, matrix);
   for (int axis = 0; axis < 3; axis++)
-    from[axis] = spec->centre[axis] + time * spec->velocity[axis] - matrix[12 + axis];
+    from[axis] = place[axis] - matrix[12 + axis];
   for (int axis = 0; axis < 3; axis++) {
     const double *column = matrix + 4 * axis;
     at[axis] = (column[0] * from[0] + column[1] * from[1] + column[2] * from[2]) / (scale * scale);
   }
+}
+
+/* The centre of a sphere now, in the axes of the mesh of a body. */
+static void centre_in(const scene_run *run, const scene_obstacle_spec *spec, int32_t body,
+                      double at[3]) {
+  const double time = (double)thrum_scene_steps(run->scene) * run->dt;
+  double place[3];
+  for (int axis = 0; axis < 3; axis++)
+    place[axis] = spec->centre[axis] + time * spec->velocity[axis];
+  scene_run_in_mesh(run, body, place, at);
 }
 
 thrum_status scene_run_open_spheres(scene_run *run, thrum_error *error) {
@@ -44,15 +53,13 @@ thrum_status scene_run_open_spheres(scene_run *run, thrum_error *error) {
       continue;
 
     // where they begin
-    double matrix[16];
     THRUM_TRY(
         thrum_reserve(&body->sphere_at, 3 * obstacles, sizeof *body->sphere_at, "spheres", error));
-    THRUM_TRY(thrum_reserve(&body->surface, 3 * body->model->vertex_count, sizeof *body->surface,
-                            "spheres", error));
-    thrum_scene_body_matrix(run->scene, n, matrix);
+    if (body->surface == NULL)
+      THRUM_TRY(thrum_reserve(&body->surface, 3 * body->model->vertex_count, sizeof *body->surface,
+                              "spheres", error));
     for (int64_t o = 0; o < obstacles; o++)
-      centre_in(run, &scene_obstacles(&run->spec)[o], matrix, body->spec->scale,
-                body->sphere_at + 3 * o);
+      centre_in(run, &scene_obstacles(&run->spec)[o], n, body->sphere_at + 3 * o);
   }
   return THRUM_OK;
 }
@@ -120,6 +127,12 @@ static bool find_surface(const scene_run *run, int32_t n) {
   return true;
 }
 
+bool scene_run_goes_through(const scene_run *run, int32_t n, const double from[3],
+                            const double to[3]) {
+  const scene_body_run *body = run->bodies + n;
+  return is_near(body, from, to) && find_surface(run, n) && goes_through(body, from, to);
+}
+
 /* Has the centre of a sphere gone into the body, or through it? */
 static bool has_passed(const scene_run *run, int32_t n, const double before[3],
                        const double now[3]) {
@@ -132,18 +145,17 @@ static bool has_passed(const scene_run *run, int32_t n, const double before[3],
 void scene_run_note_spheres(scene_run *run) {
   for (int32_t n = 0; n < run->spec.bodies.count; n++) {
     scene_body_run *body = run->bodies + n;
-    double matrix[16], now[3];
+    double now[3];
     if (body->sphere_at == NULL || body->passed > 0)
       continue;
 
     // the first sphere that passed is said
-    thrum_scene_body_matrix(run->scene, n, matrix);
     for (int32_t o = 0; o < run->spec.obstacles.count; o++) {
       const scene_obstacle_spec *spec = &scene_obstacles(&run->spec)[o];
       double *before = body->sphere_at + 3 * (int64_t)o;
       if (!is_sphere(spec))
         continue;
-      centre_in(run, spec, matrix, body->spec->scale, now);
+      centre_in(run, spec, n, now);
       if (!has_moved(before, now, spec->radius / body->spec->scale))
         continue;
       if (is_near(body, before, now) && has_passed(run, n, before, now))

@@ -9,4 +9,12 @@
 thrum_status scene_run_open_spheres(scene_run *run, thrum_error *error);
 void scene_run_note_spheres(scene_run *run);
 
+/* A place of the world in the axes of the mesh of body `n`, as it lies now. */
+void scene_run_in_mesh(const scene_run *run, int32_t n, const double place[3], double at[3]);
+
+/* Does the way between two places in these axes go through the surface of body `n`, which has a box
+ * and room for its surface? */
+bool scene_run_goes_through(const scene_run *run, int32_t n, const double from[3],
+                            const double to[3]);
+
 #endif

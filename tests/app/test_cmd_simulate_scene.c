@@ -992,11 +992,15 @@ static void what_falls_into_a_condensed_body_flags_the_run(void **state) {
                               " {\"name\": \"low\", \"model\": \"beam.npz\", \"condense\": 3},\n"
                               " {\"name\": \"high\", \"model\": \"free.npz\", \"free\": true, "
                               "\"position\": [0.3, %s, 0.25],\n"
-                              "  \"velocity\": [0, 0, -10]}]}";
+                              "  \"velocity\": [0, 0, %s]}]}";
   char text[500];
-  snprintf(text, sizeof text, falls, "0");
+  snprintf(text, sizeof text, falls, "0", "-10");
   expect_crossed(text, words, 3);
-  snprintf(text, sizeof text, falls, "1");
+
+  // at 4 m a step it is never in it
+  snprintf(text, sizeof text, falls, "0", "-2000");
+  expect_crossed(text, words, 3);
+  snprintf(text, sizeof text, falls, "1", "-2000");
   cJSON *object = simulate(text, "beside", 0);
   cJSON_Delete(object);
 }
