@@ -54,6 +54,13 @@ THRUM_API thrum_status thrum_batch_set_forces(const thrum_model *model, thrum_st
                                               int64_t count, const double *forces, int64_t stride,
                                               thrum_error *error);
 
+/* Sets the levels of the actuators in the steps to come: thrum_state_set_actuation. Row n of
+ * `levels` has thrum_model_actuators numbers. `levels` NULL: all zero. */
+THRUM_API thrum_status thrum_batch_set_actuation(const thrum_model *model,
+                                                 thrum_state *const *states, int64_t count,
+                                                 const double *levels, int64_t stride,
+                                                 thrum_error *error);
+
 /* Sets q and p: thrum_state_set. Either may be NULL: zero. `chosen` (count, NULL: all) is 0 where a
  * state stays as it is, such as all but those that begin anew. */
 THRUM_API thrum_status thrum_batch_set(const thrum_model *model, thrum_state *const *states,

@@ -46,9 +46,12 @@ class _Range:
             if status < 0 and (self.statuses == _UNTOUCHED).any():
                 _native.check(status, error)
 
-    def rollout(self, forces: Array, q: Array, statuses: npt.NDArray[np.int32]) -> None:
+    def rollout(self, forces: Array, levels: Array | None, q: Array, statuses: npt.NDArray[np.int32]) -> None:
         steps, rank = q.shape[1:]
         for n in range(steps):
+            if levels is not None:
+                call(lib.thrum_batch_set_actuation, self.model, self.places, self.end - self.first,
+                     _native.pointer(levels[self.first:self.end, n]), steps * levels.shape[2])
             call(lib.thrum_batch_set_forces, self.model, self.places, self.end - self.first,
                  _native.pointer(forces[self.first:self.end, n]), steps * rank)
             self.step(1)
@@ -104,18 +107,23 @@ class Batch:
             self._each(lambda one: one.step(count))
             return self._statuses.copy()
 
-    def rollout(self, q0: Any, forces: Any, p0: Any = None) -> tuple[Array, npt.NDArray[np.int32]]:
+    def rollout(self, q0: Any, forces: Any, p0: Any = None, actuation: Any = None) -> tuple[Array, npt.NDArray[np.int32]]:
         """Motions under forces that are known before: q (count x steps x r) and the statuses (count x steps).
 
-        q0, p0: the starts, count x r, or r for all; None: zero. forces: count x steps x r, the loads of each step. A state
-        whose step fails stays where it was in that step.
+        q0, p0: the starts, count x r, or r for all; None: zero. forces: count x steps x r, the loads of each step.
+        actuation: count x steps x model.actuators, the levels of each step; None: those that the states have. A state whose
+        step fails stays where it was in that step.
         """
         loads = _native.doubles(forces, (len(self), None, self.model.rank), "forces")
         self._check_loads(loads, "forces")
+        levels = None if actuation is None else _native.doubles(
+            actuation, (len(self), loads.shape[1], len(self.model.actuators)), "actuation")
+        if levels is not None:
+            self._check_loads(levels, "actuation")
         q, statuses = np.empty(loads.shape), np.zeros(loads.shape[:2], np.int32)
         self.set(q0, p0)
         with self._locked():
-            self._each(lambda one: one.rollout(loads, q, statuses))
+            self._each(lambda one: one.rollout(loads, levels, q, statuses))
             if loads.shape[1] > 0:
                 self._keep_forces(loads[:, -1].copy())
         return q, statuses
@@ -158,11 +166,28 @@ class Batch:
 
     @force.setter
     def force(self, value: Any) -> None:
-        rows = np.array(self._rows(0.0 if value is None else value, "force"))
+        rows = np.array(self._rows(0.0 if value is None else value, "force"), order="C")
         self._check_loads(rows, "force")
         with self._locked():
             call(lib.thrum_batch_set_forces, self._c_model, self._places, len(self), _native.pointer(rows), self.model.rank)
             self._keep_forces(rows)
+
+    @property
+    def actuation(self) -> Array:
+        """The levels of the steps to come, count x model.actuators; a read-only copy. Assign to set them, a row for all."""
+        levels = np.empty((len(self), len(self.model.actuators)))
+        with self._locked():
+            for number in range(len(self) if levels.size else 0):
+                call(lib.thrum_state_actuation, self._c_model, self._places[number], _native.pointer(levels[number]))
+        return _native.read_only(levels)
+
+    @actuation.setter
+    def actuation(self, value: Any) -> None:
+        width = len(self.model.actuators)
+        rows = np.array(self._rows(0.0 if value is None else value, "actuation", width), order="C")
+        self._check_loads(rows, "actuation")
+        with self._locked():
+            call(lib.thrum_batch_set_actuation, self._c_model, self._places, len(self), _native.pointer(rows), width)
 
     @property
     def energies(self) -> npt.NDArray[Any]:
@@ -208,14 +233,15 @@ class Batch:
             call(lib.thrum_batch_get, self._c_model, self._places, len(self), _native.pointer(q), _native.pointer(p),
                  self.model.rank)
 
-    def _rows(self, value: Any, name: str) -> Array:
-        """`value` as count x r: rows, or one row for all."""
+    def _rows(self, value: Any, name: str, width: int | None = None) -> Array:
+        """`value` as count x r, or count x width: rows, or one row for all."""
         given = _native.real_numbers(value, name)
+        width = self.model.rank if width is None else width
         try:
-            return np.broadcast_to(given, (len(self), self.model.rank))
+            return np.broadcast_to(given, (len(self), width))
         except ValueError:
             have = " x ".join(map(str, given.shape))
-            raise ValueError(f"{name}: its shape is {have}, not {len(self)} x {self.model.rank} or {self.model.rank}") from None
+            raise ValueError(f"{name}: its shape is {have}, not {len(self)} x {width} or {width}") from None
 
     def _check_loads(self, loads: Array, name: str) -> None:
         """Refuses loads before any state has taken its own."""

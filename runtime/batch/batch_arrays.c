@@ -1,6 +1,7 @@
 /* What goes in and out of all states of a batch at once (thrum/batch.h): the functions for one
  * state, row by row. Cost: that of these functions; for loads and for q some ten nanoseconds a
  * state. SPDX-License-Identifier: Apache-2.0 */
+#include "thrum/actuation.h"
 #include "thrum/batch.h"
 
 /* Which failure is returned: that of the first state. */
@@ -31,6 +32,19 @@ thrum_status thrum_batch_set_forces(const thrum_model *model, thrum_state *const
   for (int64_t n = 0; n < count; n++) {
     thrum_error why = {.status = THRUM_OK};
     note(n, thrum_state_set_force(model, states[n], row(forces, stride, n), &why), &why, &worst,
+         error);
+  }
+  return worst;
+}
+
+thrum_status thrum_batch_set_actuation(const thrum_model *model, thrum_state *const *states,
+                                       int64_t count, const double *levels, int64_t stride,
+                                       thrum_error *error) {
+  thrum_status worst = THRUM_OK;
+  THRUM_TRY(check(model, states, count, stride, error));
+  for (int64_t n = 0; n < count; n++) {
+    thrum_error why = {.status = THRUM_OK};
+    note(n, thrum_state_set_actuation(model, states[n], row(levels, stride, n), &why), &why, &worst,
          error);
   }
   return worst;

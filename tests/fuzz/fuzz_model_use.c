@@ -95,6 +95,7 @@ static void use_state(const thrum_model *model, fuzz_draw *draw) {
     fuzz_check(thrum_batch_get(model, both, 2, rows, NULL, model->rank, &error), &error);
     fuzz_check(thrum_batch_set(model, both, 2, NULL, rows, p, 0, &error), &error);
     fuzz_check(thrum_batch_set_forces(model, both, 2, force, 0, &error), &error);
+    fuzz_check(thrum_batch_set_actuation(model, both, 2, NULL, 0, &error), &error);
     fuzz_check(thrum_batch_energies(model, both, 2, found, &error), &error);
   }
 

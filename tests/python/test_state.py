@@ -41,6 +41,24 @@ class Acting(unittest.TestCase):
         found = model.equilibrium(np.zeros(model.rank), actuation={"wire": 100.0})
         self.assertTrue(found.stable and found.energy > 0)
 
+        # levels of many, and of each step: those of each state by itself
+        levels = np.stack([np.linspace(0, 200, 3 * 8), np.linspace(0.01, -0.01, 3 * 8)], axis=1).reshape(3, 8, 2)
+        alone, batch = [model.state() for _ in range(3)], model.batch([model.state() for _ in range(3)], 2)
+        q, _ = batch.rollout(np.zeros(model.rank), np.zeros((3, 8, model.rank)), actuation=levels)
+        for one, rows in zip(alone, levels):
+            for row in rows:
+                one.actuation = row
+                one.step()
+        np.testing.assert_array_equal(q[:, -1], [one.q for one in alone])
+        np.testing.assert_array_equal(batch.actuation, levels[:, -1])
+        batch.actuation = [50.0, 0.0]
+        np.testing.assert_array_equal(batch.actuation, [[50.0, 0.0]] * 3)
+        with self.assertRaisesRegex(ValueError, "actuation: its shape is 3, not 3 x 2 or 2"):
+            batch.actuation = [1.0, 2.0, 3.0]
+        with self.assertRaisesRegex(thrum.BadValue, "that of state 1 is not finite"):
+            batch.actuation = [[1.0, 0.0], [np.nan, 0.0], [1.0, 0.0]]
+        np.testing.assert_array_equal(batch.actuation, [[50.0, 0.0]] * 3)
+
 
 class Stepping(unittest.TestCase):
     def test_energy_is_kept(self):
@@ -242,6 +260,15 @@ class Batches(unittest.TestCase):
             np.testing.assert_array_equal(batch.q, [state.q for state in alone])
             np.testing.assert_array_equal(batch.p, [state.p for state in alone])
             np.testing.assert_array_equal(batch.force, force)
+
+            # one row for all
+            batch.force = force[0]
+            batch.step()
+            for state in alone:
+                state.force = force[0]
+                state.step()
+            np.testing.assert_array_equal(batch.q, [state.q for state in alone])
+            batch.force = force
             np.testing.assert_array_equal(states[3].force, force[3])
             np.testing.assert_array_equal(batch.energies["total"], [state.energies.total for state in alone])
 
