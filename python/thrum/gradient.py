@@ -126,8 +126,8 @@ class Rollout:
         if chosen is not None:
             at = np.ascontiguousarray(self.model.group(chosen) if isinstance(chosen, str) else chosen, dtype=np.int32).ravel()
             definition.vertices, definition.vertex_count = _native.pointer(at, "int32_t"), at.size
-        areas = None if touching.areas is None else _native.doubles(touching.areas, (self.model.vertices.shape[0] if chosen is None
-                                                                                     else at.size,), "areas")
+        areas = None if touching.areas is None else _native.doubles(touching.areas, (self.model.vertex_count if chosen is None else at.size,),
+                                                                        "areas")
         definition.areas = _native.pointer(areas)
         call(lib.thrum_contact_size, self._c_model, state, definition, size)
         memory, place = _native.AlignedBlock(size[0]), ffi.new("thrum_contact **")
@@ -314,7 +314,8 @@ def hessian_product(loss: Loss, model: Model, steps: int, q: Any = None, p: Any 
             moved[name] = (defaults[name] if at is None else np.asarray(at)) + side * np.asarray(change)
         given = [moved.pop(name, default) for name, default in (("q", None), ("p", None), ("force", None), ("stiffness", 1.0),
                                                                 ("density", 1.0), ("actuation", None), ("touching", None))]
-        run = Rollout(model, steps, *given[:5], moved, *given[5:], before=run)
+        q, p, force, stiffness, density, actuation, touching = given
+        run = Rollout(model, steps, q, p, force, stiffness, density, moved, actuation, touching, run)
         found.append(run.pull_back(*loss(run.q, run.p)[1:]))
     return Gradient(**{field.name: (getattr(found[0], field.name) - getattr(found[1], field.name)) / (2 * step)
                        for field in fields(Gradient) if getattr(found[0], field.name) is not None})

@@ -14,6 +14,7 @@
 #include "contact/contact_distance.h"
 #include "core/base/vec3.h"
 #include "tests/support/random_model.h"
+#include "thrum/contact_pairs.h"
 
 enum { DRAWS = 2000, SAMPLES = 12 };
 
@@ -173,12 +174,82 @@ static void a_vertex_is_over_a_triangle_whose_closest_point_is_inside(void **unu
   assert_true(over > DRAWS / 50 && over < DRAWS / 2);
 }
 
+/* Twice the volume that three vectors span, with its sign. */
+static double volume_of(const double a[3], const double b[3], const double c[3],
+                        const double d[3]) {
+  double u[3], v[3], w[3];
+  thrum_subtract3(b, a, u);
+  thrum_subtract3(c, a, v);
+  thrum_subtract3(d, a, w);
+  return thrum_triple3(u, v, w);
+}
+
+static void a_point_is_inside_where_all_its_weights_are_above_0(void **context) {
+  (void)context;
+  static const int32_t faces[12] = {0, 2, 1, 0, 1, 3, 1, 2, 3, 2, 0, 3};
+  random_state random = {47};
+  int inside = 0;
+  for (int n = 0; n < DRAWS; n++) {
+    double x[4][3], at[3] = {0, 0, 0}, weights[4], sum = 0, nearest = INFINITY;
+    random_vector(&random, 12, 1, x[0]);
+
+    // with weights near one above 0 as a rule
+    for (int k = 0; k < 4; k++)
+      sum += weights[k] = random_uniform(&random) + 0.6;
+    for (int k = 0; k < 4; k++)
+      for (int axis = 0; axis < 3; axis++)
+        at[axis] += weights[k] / sum * x[k][axis];
+    const double whole = volume_of(x[0], x[1], x[2], x[3]);
+    bool within = true;
+    for (int k = 0; k < 4; k++) {
+      const double *y[4] = {x[0], x[1], x[2], x[3]};
+      double of[3];
+      y[k] = at;
+      within = within && volume_of(y[0], y[1], y[2], y[3]) / whole > 0;
+
+      // the nearest point of each face
+      const int32_t *f = faces + 3 * k;
+      double off[3];
+      thrum_triangle_closest(at, x[f[0]], x[f[1]], x[f[2]], of);
+      for (int axis = 0; axis < 3; axis++)
+        off[axis] =
+            of[0] * x[f[0]][axis] + of[1] * x[f[1]][axis] + of[2] * x[f[2]][axis] - at[axis];
+      nearest = fmin(nearest, sqrt(thrum_dot3(off, off)));
+    }
+    const double found = thrum_triangles_distance(x[0], faces, 4, at);
+    assert_true(fabs(fabs(found) - nearest) <= 1e-12 * (1 + nearest));
+    if (nearest > 1e-9)
+      assert_true((found < 0) == within);
+    inside += within;
+  }
+  assert_true(inside > DRAWS / 10 && inside < DRAWS - DRAWS / 10);
+}
+
+static void edges_that_meet_at_an_end_are_on_a_rim(void **context) {
+  (void)context;
+  for (int n = 0; n < 4; n++) {
+    // a cross, of which one end is drawn back to where the other passes, and further
+    for (int beyond = 0; beyond < 2; beyond++) {
+      points p = {.x = {{-1, 0, 0}, {1, 0, 0}, {0, -1, 1}, {0, 1, 1}}};
+      for (int axis = 0; axis < 2; axis++)
+        p.x[n][axis] *= beyond ? -0.5 : 0;
+      const thrum_quad quad = quad_of(&p);
+      assert_false(thrum_quad_nearest(THRUM_EDGE_EDGE, &quad, 0).inside);
+    }
+  }
+  const points cross = {.x = {{-1, 0, 0}, {1, 0, 0}, {0, -1, 1}, {0, 1, 1}}};
+  const thrum_quad quad = quad_of(&cross);
+  assert_true(thrum_quad_nearest(THRUM_EDGE_EDGE, &quad, 0).inside);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(no_points_of_the_two_sides_are_nearer),
       cmocka_unit_test(a_time_of_the_step_is_the_place_there),
       cmocka_unit_test(a_vertex_is_over_a_triangle_whose_closest_point_is_inside),
       cmocka_unit_test(two_that_approach_meet_at_their_reach_and_not_before),
+      cmocka_unit_test(a_point_is_inside_where_all_its_weights_are_above_0),
+      cmocka_unit_test(edges_that_meet_at_an_end_are_on_a_rim),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -3,6 +3,8 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "tests/support/contact_support.h"
 
+#include "contact/contact_private.h"
+
 static thrum_obstacle some_obstacle(random_state *random, int kind) {
   thrum_obstacle o = thrum_default_obstacle();
   const double c = cos(0.7), s = sin(0.7);
@@ -554,6 +556,63 @@ static void defs_that_cannot_be_are_refused(void **state) {
   rig_free(&r);
 }
 
+static void forces_of_touches_are_what_the_body_gets(void **state) {
+  (void)state;
+  rig_def def = rig_default();
+  def.points = 3;
+  rig r;
+  rig_make(&r, &def);
+
+  // a floor that leans in all directions, on which it slides
+  const double normal[3] = {0.48, 0.36, 0.8};
+  memcpy(r.floor.normal, normal, sizeof normal);
+  r.floor.friction = 0.2;
+  r.translation.velocity[0] = 0.4;
+  int touching = 0;
+  for (int n = 0; n < 40; n++) {
+    double before[3], sum[3];
+    memcpy(before, r.translation.velocity, sizeof before);
+    memcpy(sum, r.environment.force, sizeof sum);
+    rig_steps(&r, 1);
+    const thrum_contact_report report = thrum_contact_report_get(r.contact);
+    for (int32_t t = 0; t < report.touching; t++) {
+      thrum_touch touch;
+      assert_int_equal(thrum_contact_touch_get(r.contact, t, &touch, NULL), THRUM_OK);
+      for (int axis = 0; axis < 3; axis++) {
+        sum[axis] += touch.force[axis];
+        assert_true(fabs(touch.normal[axis] - normal[axis]) <= 1e-15);
+      }
+    }
+    touching += report.touching;
+    for (int axis = 0; axis < 3; axis++)
+      assert_true(fabs(RIG_MASS * (r.translation.velocity[axis] - before[axis]) -
+                       def.dt * sum[axis]) <= 1e-9);
+  }
+  assert_true(touching > 20);
+  rig_free(&r);
+}
+
+static void an_unnamed_stiffness_is_that_of_the_hardest_region(void **state) {
+  (void)state;
+  double found[3];
+  for (int n = 0; n < 3; n++) {
+    rig_def def = rig_default();
+    rig r;
+    rig_make(&r, &def);
+    double material[6] = {n == 1 ? 3e6 : 1e6, 0.3, 1, n == 2 ? 3e6 : 1e6, 0.3, 1};
+    r.m.model.material = material;
+    r.m.model.region_count = 2;
+    thrum_contact_def plain = thrum_default_contact_def();
+    thrum_contact *contact = contact_make(&r.m.model, r.state, &plain);
+    found[n] = contact->stiffness;
+    free(contact);
+    r.m.model.material = r.m.material;
+    r.m.model.region_count = 1;
+    rig_free(&r);
+  }
+  assert_true(found[0] > 0 && fabs(found[1] / found[0] - 3) <= 1e-14 && found[2] == found[1]);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(gaps_are_signed_distances),
@@ -566,6 +625,8 @@ int main(void) {
       cmocka_unit_test(every_number_of_an_obstacle_is_checked),
       cmocka_unit_test(missing_arguments_of_a_contact_are_refused),
       cmocka_unit_test(defs_that_cannot_be_are_refused),
+      cmocka_unit_test(forces_of_touches_are_what_the_body_gets),
+      cmocka_unit_test(an_unnamed_stiffness_is_that_of_the_hardest_region),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }
