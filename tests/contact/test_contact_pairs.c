@@ -129,6 +129,12 @@ static void each_number_of_a_def_has_its_range(void **context) {
       refuse_def(&wrong, THRUM_INVALID_ARGUMENT);
     }
   }
+
+  // the largest tolerance is one
+  size_t size = 0;
+  wrong = f->def;
+  wrong.tolerance = 1e-2;
+  assert_int_equal(thrum_contact_pairs_size(&wrong, &size, NULL), THRUM_OK);
 }
 
 static void what_is_null_is_refused_or_nothing(void **context) {

@@ -7,7 +7,7 @@
  * config/options.c config/options_json.c config/options_command.c config/parse.c
  * config/message_error.c driver/spec/load_spec.c mesh/vertex_places.c
  * driver/spec/base_motion_spec.c driver/spec/actuate_spec.c driver/spec/start_spec.c
- * driver/make/mesh_model.c
+ * driver/make/mesh_model.c driver/make/about.c
  * driver/make/named_model.c driver/spec/model_names.c driver/spec/region_material.c
  * driver/make/train_case.c platform/allocate.c mesh/formats/surface_read.c io/json_read.c io/text.c
  * io/file.c io/paths.c mesh/formats/mesh_read.c mesh/mesh_units.c precompute/full/full.c
