@@ -253,7 +253,10 @@ static void fill_report(static_answer *answer, const thrum_full_equilibrium *fou
   answer->critical_to = found->critical_to * report->factor;
   answer->critical_share = found->critical_least / found->least_start;
   answer->least_start = found->least_start;
-  answer->lost_at = found->lost ? found->lost_at * report->factor : NAN;
+
+  // the tangent has not all of a gas, so that no branch can be followed by it
+  answer->lost_at =
+      found->lost && !actuate_specs_act(s->model, 0) ? found->lost_at * report->factor : NAN;
 
   // the report tells what the solution has cost
   report->load_steps = found->load_steps;
