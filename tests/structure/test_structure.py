@@ -26,6 +26,7 @@ usage: test_structure.py SOURCE      checks the tree, prints each violation, exi
 
 SPDX-License-Identifier: Apache-2.0
 """
+import functools
 import os
 import re
 import sys
@@ -182,6 +183,7 @@ def check_layers(files):
                 yield f"{path} includes {target}: {top}/ may not include {below}/"
 
 
+@functools.lru_cache(maxsize=None)
 def declarations(text):
     """(declared, defined): names of the functions with external linkage at the top level."""
     text = DECORATION.sub(" ", COMMENT.sub(" ", text))
@@ -238,12 +240,14 @@ def check_names(files):
             yield f"{len(paths)} files are named {name}: {', '.join(sorted(paths))}"
 
 
+@functools.lru_cache(maxsize=None)
 def tables(text):
     """The names of objects with external linkage and a value that a source defines."""
     outside = r'^(?!static\b|typedef\b)\w[\w \t*]*?[\s*](\w+)\s*(?:\[[^]]*\]\s*)*='
     return set(re.findall(outside, COMMENT.sub(" ", text), re.M))
 
 
+@functools.lru_cache(maxsize=None)
 def words(text):
     """The identifiers of a source, without those of comments and strings."""
     return set(re.findall(r'\b[A-Za-z_]\w+', re.sub(r'"(?:\\.|[^"\\])*"', '""', COMMENT.sub(" ", text))))
@@ -368,9 +372,11 @@ def self_test(files):
         (check_literals, {"runtime/guard/planted.c": "double f(double x) {\n  return 0.7 * x;\n}\n"}),
         (check_literals, {"scene/planted.c": "double f(double x) {\n  return x + 1e-12;\n}\n"}),
     )
+    # what a check says of the tree, and what is read of a source, is found once
+    said = functools.lru_cache(maxsize=None)(lambda check: set(check(files)))
     missed = 0
     for check, plant in plants:
-        before = set(check(files))
+        before = said(check)
         after = set(check({**files, **plant}))
         if not after - before:
             print(f"{check.__name__} does not see {', '.join(plant)}")
