@@ -244,8 +244,8 @@ int32_t EXPORT(js_equilibrium)(const js_model *of, const double *load, double *q
 
   // q stays as it was when the search fails
   thrum_equilibrium_report report;
-  const thrum_status status = thrum_equilibrium(of->model, &def, load, q, NULL, workspace, size,
-                                                NULL, NULL, &report, &js_failure);
+  const thrum_status status =
+      thrum_equilibrium(of->model, &def, load, q, workspace, size, &report, &js_failure);
   free(workspace);
   if (status < 0)
     return status;

@@ -168,7 +168,7 @@ static thrum_status reduced_rest(const thrum_model *model, const double *forces,
   void *workspace = NULL;
   THRUM_TRY(thrum_reserve_aligned(&workspace, size, "an equilibrium", error));
   const thrum_status status =
-      thrum_equilibrium(model, &def, load, q, NULL, workspace, size, NULL, NULL, &report, error);
+      thrum_equilibrium(model, &def, load, q, workspace, size, &report, error);
   free(workspace);
   return status;
 }

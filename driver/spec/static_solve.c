@@ -79,6 +79,9 @@ static thrum_status solve_for(const static_problem *problem, const thrum_model *
 
   // an answer is continued from the forces that hold it
   thrum_equilibrium_def def = problem->def;
+  def.visit = problem->progress.report;
+  def.context = problem->progress.context;
+  def.mode = mode;
   double base[THRUM_RANK_MAX];
   const bool unloads =
       problem->from && problem->actuate_count == 0 && largest_of(model->rank, sum) == 0;
@@ -92,8 +95,7 @@ static thrum_status solve_for(const static_problem *problem, const thrum_model *
   }
 
   const thrum_status status =
-      thrum_equilibrium(model, &def, sum, q, mode, workspace, size, problem->progress.report,
-                        problem->progress.context, report, error);
+      thrum_equilibrium(model, &def, sum, q, workspace, size, report, error);
 
   // back at rest, what a solve leaves is no displacement of which anything could be told
   if (status >= 0 && unloads && largest_of(model->rank, q) <= ROUNDING * began) {

@@ -20,6 +20,15 @@
 extern "C" {
 #endif
 
+/* One equilibrium on the path. */
+typedef struct thrum_equilibrium_point {
+  double factor;   /* factor of the load [1] */
+  double energy;   /* V(q) [J] */
+  double least;    /* least eigenvalue of T(q) [1/s^2]; >= 0: stable */
+  const double *q; /* rank; owned by the path and valid only during the call of `visit` */
+  int32_t jumped;  /* 1: the body fell to this equilibrium from an unstable one */
+} thrum_equilibrium_point;
+
 /* How an equilibrium is found. Start from thrum_default_equilibrium_def and change fields. */
 typedef struct thrum_equilibrium_def {
   /* Set by thrum_default_equilibrium_def; THRUM_UNINITIALISED_DEF without it. */
@@ -56,6 +65,16 @@ typedef struct thrum_equilibrium_def {
   /* Which instructions evaluate the polynomial; default the best of this machine. All kernels give
    * the same bits. */
   thrum_kernel_id kernel;
+
+  /* Called with `context` and each equilibrium in turn, in the caller's thread; NULL, the default:
+   * nothing is. */
+  void (*visit)(void *context, const thrum_equilibrium_point *point);
+  void *context;
+
+  /* Gets the direction of least stiffness where the path lost its stability first, else at its end
+   * (rank): it has length 1 and its largest entry is positive. NULL, the default: it is not found.
+   */
+  double *mode;
 } thrum_equilibrium_def;
 
 /* A def with every default set. size: of the def as the caller knows it, which may be
@@ -75,15 +94,6 @@ typedef enum thrum_instability {
   THRUM_INSTABILITY_BIFURCATION = 1, /* the path continues, unstable: the body buckles */
   THRUM_INSTABILITY_LIMIT = 2        /* the path turns back: the body snaps through */
 } thrum_instability;
-
-/* One equilibrium on the path. */
-typedef struct thrum_equilibrium_point {
-  double factor;   /* factor of the load [1] */
-  double energy;   /* V(q) [J] */
-  double least;    /* least eigenvalue of T(q) [1/s^2]; >= 0: stable */
-  const double *q; /* rank; owned by the path and valid only during the call of `visit` */
-  int32_t jumped;  /* 1: the body fell to this equilibrium from an unstable one */
-} thrum_equilibrium_point;
 
 /* The equilibrium that was found and the path to it. */
 typedef struct thrum_equilibrium_report {
@@ -116,20 +126,16 @@ THRUM_API thrum_status thrum_equilibrium_size(const thrum_model *model, size_t *
  * [kg^1/2 m/s^2]). The levels of a model of thrum_model_actuate grow with it.
  *
  * q (rank) holds the start on entry, zeros for the shape at rest; another start is first relaxed
- * without load, or under the base. On return it holds the equilibrium. mode (rank, may be NULL)
- * gets the direction of least stiffness where the path lost its stability first, else at q; it has
- * length 1 and its largest entry is positive. `workspace` has thrum_equilibrium_size bytes, is
- * aligned to 64 and stays the caller's. `visit` (may be NULL) is called with `context` and each
- * equilibrium in turn, in this thread.
+ * without load, or under the base. On return it holds the equilibrium. `workspace` has
+ * thrum_equilibrium_size bytes, is aligned to 64 and stays the caller's.
  *
- * A failure leaves q, mode and report as they were: THRUM_NOT_CONVERGED with the factor that was
- * reached, THRUM_BAD_VALUE for numbers that are not finite, THRUM_UNINITIALISED_DEF,
+ * A failure leaves q, the def's mode and report as they were: THRUM_NOT_CONVERGED with the factor
+ * that was reached, THRUM_BAD_VALUE for numbers that are not finite, THRUM_UNINITIALISED_DEF,
  * THRUM_INVALID_ARGUMENT with the field and its range, THRUM_MISALIGNED, THRUM_BUFFER_TOO_SMALL. */
-THRUM_API thrum_status
-thrum_equilibrium(const thrum_model *model, const thrum_equilibrium_def *def, const double *load,
-                  double *q, double *mode, void *workspace, size_t workspace_size,
-                  void (*visit)(void *context, const thrum_equilibrium_point *point), void *context,
-                  thrum_equilibrium_report *report, thrum_error *error);
+THRUM_API thrum_status thrum_equilibrium(const thrum_model *model, const thrum_equilibrium_def *def,
+                                         const double *load, double *q, void *workspace,
+                                         size_t workspace_size, thrum_equilibrium_report *report,
+                                         thrum_error *error);
 
 #ifdef __cplusplus
 }

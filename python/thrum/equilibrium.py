@@ -98,13 +98,14 @@ def find(model: Model, load: Any, q: Any, options: dict[str, Any]) -> Equilibriu
         if name not in _OPTIONS:
             raise TypeError(f"an equilibrium has no option {name!r}; it has: {', '.join(_OPTIONS)}")
         setattr(definition, name, value)
+    definition.mode = _native.pointer(mode)
 
     size, report = ffi.new("size_t *"), ffi.new("thrum_equilibrium_report *")
     call(lib.thrum_equilibrium_size, acting, size)
     workspace = AlignedBlock(size[0])
     _native.call_interruptible(
         (model._handle(), levels, force, at, mode, workspace), lib.thrum_equilibrium, acting, definition, _native.pointer(force),
-        _native.pointer(at), _native.pointer(mode), workspace.place, workspace.size, ffi.NULL, ffi.NULL, report)
+        _native.pointer(at), workspace.place, workspace.size, report)
 
     _warn_of(model, model.shape(at, force * report.factor) if model.shown == rank else model.shape(at))
     numbers = {name: getattr(report, name) for name in Equilibrium.__dataclass_fields__ if name not in ("q", "mode")}

@@ -463,10 +463,8 @@ static void finish(path *p, double *q, double *mode) {
 }
 
 thrum_status thrum_equilibrium(const thrum_model *model, const thrum_equilibrium_def *def,
-                               const double *load, double *q, double *mode, void *workspace,
-                               size_t workspace_size,
-                               void (*visit)(void *context, const thrum_equilibrium_point *point),
-                               void *context, thrum_equilibrium_report *report,
+                               const double *load, double *q, void *workspace,
+                               size_t workspace_size, thrum_equilibrium_report *report,
                                thrum_error *error) {
   thrum_equilibrium_def whole = thrum_default_equilibrium_def();
   def = thrum_def_whole(def, &whole, sizeof whole);
@@ -474,7 +472,7 @@ thrum_status thrum_equilibrium(const thrum_model *model, const thrum_equilibrium
 
   // what is found stays here until it is complete: a failure leaves the outputs as they were
   thrum_equilibrium_report found = {0};
-  path p = {.visit = visit, .context = context};
+  path p = {.visit = def->visit, .context = def->context};
   p.s.model = model;
   p.s.def = def;
   p.s.load = load;
@@ -500,7 +498,7 @@ thrum_status thrum_equilibrium(const thrum_model *model, const thrum_equilibrium
                                ? ": the path turns back there, so there is none to stay on"
                                : "");
 
-  finish(&p, q, mode);
+  finish(&p, q, def->mode);
   *report = found;
   return THRUM_OK;
 }

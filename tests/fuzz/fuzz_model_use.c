@@ -115,6 +115,7 @@ static void use_equilibrium(const thrum_model *model, fuzz_draw *draw) {
 
   // few steps, because an input has only so much time
   draw_vector(draw, model->rank, 10, load);
+  def.mode = mode;
   def.steps_max = 20;
   def.iterations_max = 20;
   if (thrum_equilibrium_size(model, &size, &error) < 0)
@@ -122,7 +123,7 @@ static void use_equilibrium(const thrum_model *model, fuzz_draw *draw) {
 
   void *workspace = block(size);
   const thrum_status status =
-      thrum_equilibrium(model, &def, load, q, mode, workspace, size, NULL, NULL, &report, &error);
+      thrum_equilibrium(model, &def, load, q, workspace, size, &report, &error);
   fuzz_check(status, &error);
   if (status >= 0)
     must_be_finite(q, model->rank);

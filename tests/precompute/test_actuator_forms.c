@@ -224,8 +224,7 @@ static void a_free_body_swells_to_rounding(void **state) {
   void *workspace = aligned_alloc(64, (size + 63) / 64 * 64);
   const thrum_equilibrium_def def = thrum_default_equilibrium_def();
   thrum_equilibrium_report report;
-  if (thrum_equilibrium(&acting, &def, load, q, NULL, workspace, size, NULL, NULL, &report,
-                        &error) < 0)
+  if (thrum_equilibrium(&acting, &def, load, q, workspace, size, &report, &error) < 0)
     fail_msg("%s", error.message);
 
   // between any two vertices

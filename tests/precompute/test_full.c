@@ -791,9 +791,8 @@ static void reduced_and_full_equilibria_agree(void **state) {
   void *workspace = aligned_alloc(64, size);
   const thrum_equilibrium_def search = thrum_default_equilibrium_def();
   thrum_equilibrium_report report;
-  assert_int_equal(
-      thrum_equilibrium(model, &search, load, q, NULL, workspace, size, NULL, NULL, &report, NULL),
-      THRUM_OK);
+  assert_int_equal(thrum_equilibrium(model, &search, load, q, workspace, size, &report, NULL),
+                   THRUM_OK);
 
   // the full space contains the reduced one, so its minimum of the energy is lower, but not by much
   const double full_energy = found.energy + found.load_energy;

@@ -85,8 +85,8 @@ static bool rest(const search *s, double load, experiment_linear_point *point) {
   }
 
   // a jump means that another branch was reached: no point of this curve
-  if (thrum_equilibrium(model, &def, force, q, NULL, s->workspace, s->workspace_size, NULL, NULL,
-                        &report, NULL) < 0 ||
+  if (thrum_equilibrium(model, &def, force, q, s->workspace, s->workspace_size, &report, NULL) <
+          0 ||
       report.jumps > 0)
     return false;
 

@@ -29,7 +29,7 @@ static thrum_status rest(const thrum_model *model, const double *load, double *q
   THRUM_TRY(thrum_reserve_aligned(&workspace, size, "an equilibrium", error));
   memset(q, 0, (size_t)model->rank * sizeof *q);
   const thrum_status status =
-      thrum_equilibrium(model, &def, load, q, NULL, workspace, size, NULL, NULL, &report, error);
+      thrum_equilibrium(model, &def, load, q, workspace, size, &report, error);
   free(workspace);
   if (status >= 0 && critical != NULL)
     *critical = report.critical;

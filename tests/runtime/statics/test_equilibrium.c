@@ -39,8 +39,12 @@ static answer solve_seen(const thrum_model *model, const thrum_equilibrium_def *
   void *workspace = aligned_alloc(64, size);
   assert_non_null(workspace);
   memset(workspace, 0xff, size);
-  found.status = thrum_equilibrium(model, def, load, q, found.mode, workspace, size,
-                                   all ? see : NULL, all, &found.report, &found.error);
+  thrum_equilibrium_def asked = *def;
+  asked.mode = found.mode;
+  asked.visit = all ? see : NULL;
+  asked.context = all;
+  found.status =
+      thrum_equilibrium(model, &asked, load, q, workspace, size, &found.report, &found.error);
   free(workspace);
   return found;
 }
@@ -357,7 +361,7 @@ static void wrong_arguments_of_an_equilibrium_are_refused(void **state) {
 
   // a definition that was not initialised, and arguments with one thing wrong
 #define TRY(def_, load_, q_, memory_, size_)                                                       \
-  thrum_equilibrium(&s.model, def_, load_, q_, NULL, memory_, size_, NULL, NULL, &report, NULL)
+  thrum_equilibrium(&s.model, def_, load_, q_, memory_, size_, &report, NULL)
   def.cookie = 0;
   assert_int_equal(TRY(&def, &load, &q, memory, size), THRUM_UNINITIALISED_DEF);
   def = thrum_default_equilibrium_def();
@@ -368,9 +372,8 @@ static void wrong_arguments_of_an_equilibrium_are_refused(void **state) {
   assert_int_equal(TRY(NULL, &load, &q, memory, size), THRUM_UNINITIALISED_DEF);
   assert_int_equal(TRY(&def, &load, NULL, memory, size), THRUM_INVALID_ARGUMENT);
   assert_int_equal(TRY(&def, &load, &q, NULL, size), THRUM_INVALID_ARGUMENT);
-  assert_int_equal(
-      thrum_equilibrium(&s.model, &def, &load, &q, NULL, memory, size, NULL, NULL, NULL, NULL),
-      THRUM_INVALID_ARGUMENT);
+  assert_int_equal(thrum_equilibrium(&s.model, &def, &load, &q, memory, size, NULL, NULL),
+                   THRUM_INVALID_ARGUMENT);
   assert_int_equal(thrum_equilibrium_size(&s.model, NULL, NULL), THRUM_INVALID_ARGUMENT);
 
   // each number of the definition outside its range, and at its end
