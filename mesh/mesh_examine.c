@@ -15,6 +15,7 @@
 #include "mesh/mesh_thickness.h"
 #include "mesh/model_quality.h"
 #include "mesh/point_hash.h"
+#include "mesh/solid_shape.h"
 #include "mesh/surface_sides.h"
 #include "platform/allocate.h"
 
@@ -187,6 +188,12 @@ static void note_ratio(thrum_mesh_examined *e, int64_t n, int64_t count, double 
   note_worst(e, n, ratio);
 }
 
+static void add_volume(const thrum_mesh *mesh, int32_t region, double volume,
+                       thrum_mesh_examined *e) {
+  e->volume += volume;
+  e->mass += mesh->has_material ? volume * mesh->materials[region].density : 0;
+}
+
 static void measure_tet(const thrum_mesh *mesh, int64_t t, thrum_mesh_examined *e) {
   const double *corners[4];
   double volume;
@@ -195,21 +202,37 @@ static void measure_tet(const thrum_mesh *mesh, int64_t t, thrum_mesh_examined *
   const double ratio = thrum_tet_mean_ratio(corners, &volume);
   if (mesh->midsides)
     volume = thrum_mesh_tet_volume(mesh, t);
-  e->volume += volume;
-  e->mass += mesh->has_material ? volume * mesh->materials[mesh->tet_region[t]].density : 0;
 
   // the tets of solids are no elements
   if (mesh->solid_count > 0)
     return;
+  add_volume(mesh, mesh->tet_region[t], volume, e);
   for (int a = 0; a < 4; a++)
     for (int b = a + 1; b < 4; b++)
       measure_edge(mesh, mesh->tets[4 * t + a], mesh->tets[4 * t + b], e);
   note_ratio(e, t, mesh->tet_count, ratio);
 }
 
-static void measure_solid(const thrum_mesh *mesh, int64_t s, thrum_mesh_examined *e) {
+/* The volume of a solid, whose faces are those of its shape functions, by its points. */
+static double solid_volume(const thrum_mesh *mesh, const thrum_mesh_element *element,
+                           thrum_solid_table *table) {
+  double places[THRUM_SOLID_NODES_MAX][3], jacobian[3][3], gradients[3][3], volume = 0;
+  for (int n = 0; n < element->count; n++)
+    memcpy(places[n], mesh->vertices + 3 * (int64_t)element->nodes[n], sizeof places[n]);
+  for (int p = 0; p < table->points; p++)
+    volume += table->weight[p] *
+              thrum_solid_map(table->nodes, places, table->slopes[p], jacobian, gradients);
+  return volume;
+}
+
+/* `table`: that of the last element's form. */
+static void measure_solid(const thrum_mesh *mesh, int64_t s, thrum_solid_table *table,
+                          thrum_mesh_examined *e) {
   const thrum_mesh_element element = thrum_mesh_element_at(mesh, s);
   const thrum_solid kind = thrum_solid_forms[element.form].kind;
+  if (s == 0 || mesh->solid_form[s] != mesh->solid_form[s - 1])
+    thrum_solid_table_make((thrum_solid_form)element.form, table);
+  add_volume(mesh, thrum_mesh_element_region(mesh, s), solid_volume(mesh, &element, table), e);
   for (int n = 0; n < thrum_solid_shapes[kind].edges; n++) {
     const int *ends = thrum_solid_shapes[kind].edge[n];
     measure_edge(mesh, element.nodes[ends[0]], element.nodes[ends[1]], e);
@@ -226,8 +249,9 @@ static void measure_body(const thrum_mesh *mesh, thrum_mesh_examined *e) {
     e->worst[i] = -1;
   for (int64_t t = 0; t < mesh->tet_count; t++)
     measure_tet(mesh, t, e);
+  thrum_solid_table table;
   for (int64_t s = 0; s < mesh->solid_count; s++)
-    measure_solid(mesh, s, e);
+    measure_solid(mesh, s, &table, e);
   for (int64_t i = 0; i < mesh->region_count && mesh->has_material; i++)
     e->poisson_max = fmax(e->poisson_max, mesh->materials[i].poisson);
 }

@@ -12,9 +12,9 @@
 #include "mesh/elastic.h"
 #include "mesh/mesh_shells.h"
 #include "mesh/number_map.h"
+#include "mesh/solid_shape.h"
 #include "mesh/solids.h"
 #include "platform/allocate.h"
-#include "precompute/fem/solid_shape.h"
 
 #define WHAT "the finer mesh"
 

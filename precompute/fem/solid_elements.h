@@ -16,8 +16,8 @@
 
 #include "mesh/elastic.h"
 #include "mesh/mesh.h"
+#include "mesh/solid_shape.h"
 #include "platform/allocate.h"
-#include "precompute/fem/solid_shape.h"
 
 enum {
   THRUM_SOLID_ROW_NODES_MAX = 8, /* of an element with rows */

@@ -7,7 +7,7 @@
 #include <string.h>
 
 #include "core/base/vec3.h"
-#include "precompute/fem/solid_shape.h"
+#include "mesh/solid_shape.h"
 
 typedef struct face_point {
   double share[4], slope[4][2]; /* of the corners of the face, and by its two directions */

@@ -1,7 +1,7 @@
 /* Elements as tables: nodes, points of quadrature, and shape functions with their slopes there, of
  * each form of solid. SPDX-License-Identifier: Apache-2.0 */
-#ifndef THRUM_PRECOMPUTE_FEM_SOLID_SHAPE_H
-#define THRUM_PRECOMPUTE_FEM_SOLID_SHAPE_H
+#ifndef THRUM_MESH_SOLID_SHAPE_H
+#define THRUM_MESH_SOLID_SHAPE_H
 
 #include <stdbool.h>
 

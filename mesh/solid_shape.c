@@ -1,7 +1,7 @@
 /* Shape functions and points of solids, see solid_shape.h: trilinear and serendipity hexahedra,
  * wedges of 6 and 15 nodes, tetrahedra (Zienkiewicz, Taylor, Zhu 2013, The Finite Element Method,
  * chapter 6). SPDX-License-Identifier: Apache-2.0 */
-#include "precompute/fem/solid_shape.h"
+#include "mesh/solid_shape.h"
 
 #include <math.h>
 #include <string.h>
