@@ -15,7 +15,7 @@
 #include "io/base64.h"
 #include "io/number_text.h"
 
-const uint8_t vtu_cell_types[8] = {10, 24, 13, 26, 12, 25, 13, 12};
+const uint8_t vtu_cell_types[9] = {10, 24, 13, 26, 12, 25, 13, 12, 24};
 
 #define CHUNK 4096 /* generated values are written in pieces of this many */
 

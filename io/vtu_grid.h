@@ -20,7 +20,7 @@ typedef struct vtu_array {
 
 /* VTK's type of cells of each form of solid (solid_form of thrum/model.h), in the same order of
  * nodes. Solid-shells are cells of the solids that they are. */
-extern const uint8_t vtu_cell_types[8];
+extern const uint8_t vtu_cell_types[9];
 
 /* A grid of tetrahedra, or of solids where there are some. */
 typedef struct vtu_grid {

@@ -56,6 +56,7 @@ const thrum_solid_form_shape thrum_solid_forms[THRUM_FORMS] = {
     {"hexahedra of 20 nodes", THRUM_SOLID_HEXAHEDRON, 20},
     {"solid-shell wedges", THRUM_SOLID_WEDGE, 6},
     {"solid-shell hexahedra", THRUM_SOLID_HEXAHEDRON, 8},
+    {"tetrahedra of ten nodes with mean dilatation", THRUM_SOLID_TET, 10},
 };
 
 thrum_solid_form thrum_solid_form_of(thrum_solid kind, bool quadratic) {

@@ -40,6 +40,7 @@ typedef enum thrum_solid_form {
   THRUM_FORM_HEX20,
   THRUM_FORM_SHELL6, /* a wedge that is thin */
   THRUM_FORM_SHELL8, /* a hexahedron that is thin */
+  THRUM_FORM_MEAN10, /* a tetrahedron of ten nodes whose change of volume is one */
   THRUM_FORMS
 } thrum_solid_form;
 

@@ -585,7 +585,7 @@ static thrum_status check_springs(const thrum_layout *layout, thrum_error *error
 
 // runs of nodes as long as the forms have, and of tetrahedra, that fill both
 static thrum_status check_solids(const thrum_layout *layout, thrum_error *error) {
-  static const int nodes[] = {4, 10, 6, 15, 8, 20, 6, 8};
+  static const int nodes[] = {4, 10, 6, 15, 8, 20, 6, 8, 10};
   const unsigned char *forms = layout->data[THRUM_ARRAY_solid_form];
   const unsigned char *ends = layout->data[THRUM_ARRAY_solid_ends];
   const unsigned char *tet_ends = layout->data[THRUM_ARRAY_solid_tet_ends];
@@ -594,7 +594,7 @@ static thrum_status check_solids(const thrum_layout *layout, thrum_error *error)
   for (int64_t s = 0; s < count; s++) {
     if (forms[s] >= sizeof nodes / sizeof *nodes)
       return thrum_error_set(error, THRUM_BAD_VALUE,
-                             "array 'solid_form' holds %u (entry %" PRId64 "); 0 to 7 are forms",
+                             "array 'solid_form' holds %u (entry %" PRId64 "); 0 to 8 are forms",
                              (unsigned)forms[s], s);
     if (get_i4(ends, s) != end + nodes[forms[s]])
       return thrum_error_set(error, THRUM_BAD_VALUE,

@@ -611,6 +611,19 @@ static thrum_status read_mesh(const precompute_request *request, thrum_mesh *mes
   return thrum_reserve(fixed, mesh->vertex_count, 1, "what is held of the mesh", error);
 }
 
+/* Tetrahedra of ten nodes get a mean dilatation. */
+static thrum_status take_mean_dilatation(const precompute_request *request, thrum_mesh *mesh,
+                                         thrum_error *error) {
+  if (!mesh->midsides)
+    return thrum_error_set_field(error, "--mean-dilatation", THRUM_INVALID_ARGUMENT,
+                                 ": %.150s has no tetrahedra of ten nodes: give --element tet "
+                                 "--order 2, or leave it out, as hexahedra do not lock",
+                                 request->mesh_name);
+  THRUM_TRY(thrum_mesh_make_solids(mesh, error));
+  memset(mesh->solid_form, THRUM_FORM_MEAN10, (size_t)mesh->solid_count);
+  return THRUM_OK;
+}
+
 thrum_status precompute_make(const precompute_request *request, precompute_show *show,
                              bool *flagged, thrum_error *error) {
   const double began = clock_seconds();
@@ -676,7 +689,9 @@ thrum_status precompute_make(const precompute_request *request, precompute_show 
     found.options.order_known = outcome.order.error_count > 0;
   }
 
-  // directions of a material are those of solids
+  // so is a mean dilatation, and directions of a material are those of solids
+  if (request->mean_dilatation)
+    THRUM_THEN(status, take_mean_dilatation(request, &mesh, error));
   if (mesh.elastic_count > 0)
     THRUM_THEN(status, thrum_mesh_make_solids(&mesh, error));
   if (request->about)

@@ -115,6 +115,10 @@ static const config_option options[] = {
                 "several add up",
                 .repeats = true, .take = take_spring),
 
+    OPTION_FLAG("mean-dilatation",
+                "tetrahedra of ten nodes whose change of volume is one number, for rubber: they do "
+                "not lock near a Poisson's ratio of 1/2",
+                AT(mean_dilatation)),
     OPTION_TEXT("about", "STATE", "a body without stress",
                 "the state about which the model is made: stretch:EX,EY,EZ (strains by which what "
                 "is held moves), temperature:DT,ALPHA (a change in K and the expansion by K), or "

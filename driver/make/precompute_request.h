@@ -21,6 +21,7 @@ typedef struct precompute_request {
   int64_t fix_count;
   const char **springs; /* spring_count specs, as fixes */
   int64_t spring_count;
+  bool mean_dilatation;   /* of tetrahedra of ten nodes */
   const char *about;      /* the state about which the model is made; NULL: none */
   const char **actuators; /* actuator_count texts NAME=SPEC, as fixes */
   int64_t actuator_count;

@@ -165,7 +165,7 @@ typedef enum thrum_actuator_kind {
     "what 1 kg/m^3 of each region adds to U^T M U, then to axis_mass")                             \
   X(u1, solid_form, solid_count, 1, OPTIONAL,                                                      \
     "form of each element: 0, 1 tetrahedra of 4, 10 nodes, 2, 3 wedges of 6, 15, 4, 5 hexahedra "  \
-    "of 8, 20, 6, 7 solid-shell wedges and hexahedra")                                             \
+    "of 8, 20, 6, 7 solid-shell wedges and hexahedra, 8 tetrahedra of 10 of mean dilatation")      \
   X(i4, solid_ends, solid_count, 1, OPTIONAL, "end of each element's run in solid_nodes")          \
   X(i4, solid_nodes, solid_node_count, 1, OPTIONAL, "0-based, in the order of Abaqus and VTK")     \
   X(i4, solid_tet_ends, solid_count, 1, OPTIONAL,                                                  \

@@ -135,8 +135,8 @@ static void put_element(thrum_mesh_out *out, const thrum_mesh_element *element, 
 /* All elements in their order, under the keyword of each type. Hexahedra of eight nodes have
  * incompatible modes there where they have enhanced strains here. */
 static void put_elements(thrum_mesh_out *out, const thrum_mesh *m) {
-  static const char *const types[THRUM_FORMS] = {"C3D4",  "C3D10", "C3D6", "C3D15",
-                                                 "C3D8I", "C3D20", "C3D6", "C3D8I"};
+  static const char *const types[THRUM_FORMS] = {"C3D4",  "C3D10", "C3D6",  "C3D15", "C3D8I",
+                                                 "C3D20", "C3D6",  "C3D8I", "C3D10"};
   const char *type = "";
   for (int64_t e = 0; e < thrum_mesh_element_count(m); e++) {
     const thrum_mesh_element element = thrum_mesh_element_at(m, e);

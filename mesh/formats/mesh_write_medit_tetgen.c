@@ -50,9 +50,10 @@ void thrum_mesh_write_ele(thrum_mesh_out *out, thrum_mesh_written *w) {
 /* The elements of a form, whose nodes have the order that they have here. */
 static void put_list(thrum_mesh_out *out, const thrum_mesh *m, int form, int64_t count) {
   static const char *const keywords[THRUM_FORMS] = {
-      [THRUM_FORM_TET4] = "Tetrahedra", [THRUM_FORM_TET10] = "TetrahedraP2",
-      [THRUM_FORM_WEDGE6] = "Prisms",   [THRUM_FORM_HEX8] = "Hexahedra",
-      [THRUM_FORM_SHELL6] = "Prisms",   [THRUM_FORM_SHELL8] = "Hexahedra"};
+      [THRUM_FORM_TET4] = "Tetrahedra",    [THRUM_FORM_TET10] = "TetrahedraP2",
+      [THRUM_FORM_WEDGE6] = "Prisms",      [THRUM_FORM_HEX8] = "Hexahedra",
+      [THRUM_FORM_SHELL6] = "Prisms",      [THRUM_FORM_SHELL8] = "Hexahedra",
+      [THRUM_FORM_MEAN10] = "TetrahedraP2"};
   thrum_out_text(out, "%s\n%lld\n", keywords[form], (long long)count);
   for (int64_t e = 0; e < thrum_mesh_element_count(m); e++) {
     const thrum_mesh_element element = thrum_mesh_element_at(m, e);

@@ -13,7 +13,7 @@
 enum { TYPE_POINT = 15 };
 
 /* Gmsh's types of the forms of solids. */
-static const int solid_types[THRUM_FORMS] = {4, 11, 6, 18, 5, 17, 6, 5};
+static const int solid_types[THRUM_FORMS] = {4, 11, 6, 18, 5, 17, 6, 5, 11};
 
 /* Writes a whole number as text with a blank behind, or as bytes, the lowest first. */
 static void put_whole(thrum_mesh_out *out, uint64_t value, size_t size) {

@@ -14,6 +14,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/base/lame.h"
 #include "core/base/vec3.h"
 #include "precompute/fem/lapack_status.h"
 
@@ -21,10 +22,13 @@
 enum {
   STRAINS = 6, /* 11, 22, 33, 23, 13, 12 */
   VOLUME = STRAINS,
-  ROW_POINTS = 8,
+  ROW_POINTS = 16,
   ENHANCED_MAX = 12,
   COLUMNS_MAX = ENHANCED_MAX + PRODUCTS
 };
+
+/* Poisson's ratio up to which the change of volume of a tetrahedron of ten nodes is no mean. */
+#define POINTWISE 0.3
 
 /* Rows below this share of the largest are rounding. */
 #define NO_ROW 1e-13
@@ -85,6 +89,8 @@ typedef struct solid_rows {
   int nodes, products;
   double places[THRUM_SOLID_NODES_MAX][3];
   double centre[3][3], centre_det; /* gradients and determinant there */
+  double averaged;                 /* share of the change of volume that is its mean; 0: none is */
+  double mean[PRODUCTS];           /* the row of its mean */
 } solid_rows;
 
 /* A point at which the strains of an element are taken. */
@@ -212,6 +218,19 @@ static void multiply(double left[STRAINS][STRAINS], double right[STRAINS][STRAIN
     }
 }
 
+/* The row of the change of volume, tr E, at a point. */
+static void dilatation(const solid_rows *r, row_point *at, double trace[PRODUCTS]) {
+  double turn[STRAINS][STRAINS], row[PRODUCTS];
+  turn_of(at->gradients, turn);
+  memset(trace, 0, PRODUCTS * sizeof *trace);
+  for (int k = 0; k < STRAINS; k++) {
+    const double share = turn[0][k] + turn[1][k] + turn[2][k];
+    covariant(r, at->place, k, row);
+    for (int p = 0; p < r->products; p++)
+      trace[p] += share * row[p];
+  }
+}
+
 /* The rows of strains at one point of weight w, and beside them the columns of the enhanced ones,
  * into a column-major matrix: enhanced first. */
 static void fill_point(solid_rows *r, row_point *at, int first, int height, double *matrix) {
@@ -230,6 +249,16 @@ static void fill_point(solid_rows *r, row_point *at, int first, int height, doub
         sum += weighted[i][k] * row[k][p];
       matrix[(count + p) * height + first + i] = sum;
     }
+
+  // the mean dilatation in the place of that of the point
+  double trace[PRODUCTS];
+  if (r->averaged > 0)
+    dilatation(r, at, trace);
+  for (int p = 0; p < r->products && r->averaged > 0; p++)
+    for (int i = 0; i < STRAINS; i++)
+      matrix[(count + p) * height + first + i] +=
+          sqrt(at->weight) * (at->root[i][0] + at->root[i][1] + at->root[i][2]) * r->averaged *
+          (r->mean[p] - trace[p]) / 3;
 
   // enhanced ones are turned by the centre, so that constant strains do no work on them
   turn_of(r->centre, turn);
@@ -417,6 +446,14 @@ static thrum_status take_point(const solid_making *m, int64_t s, solid_rows *r, 
   return take_root(m, s, layer, jacobian, at->root);
 }
 
+/* How much of the change of volume is the mean of the element: what is left of it at each point
+ * resists as a material of POINTWISE does, (1 - share)^2 K = K_0, so that nothing is too soft. */
+static double averaged_share(double lambda, double mu) {
+  const thrum_lame usual = thrum_lame_of(2 * (1 + POINTWISE), POINTWISE);
+  const double most = usual.lambda + 2.0 / 3, bulk = lambda / mu + 2.0 / 3;
+  return bulk > most ? 1 - sqrt(most / bulk) : 0;
+}
+
 /* Strains of an element at all points of all layers, times the root of the elasticity and of the
  * weight: column-major, the enhanced ones first. */
 static thrum_status fill_matrix(const solid_making *m, int64_t s, solid_rows *r, int *height) {
@@ -436,6 +473,19 @@ static thrum_status fill_matrix(const solid_making *m, int64_t s, solid_rows *r,
   r->centre_det = thrum_solid_map(r->nodes, r->places, slopes, jacobian, r->centre);
   if (!(r->centre_det > 0) || !isfinite(1 / r->centre_det))
     return inside_out(m, s, r->centre_det);
+
+  // the mean over the points of an element of one layer
+  r->averaged = r->form == THRUM_FORM_MEAN10
+                    ? averaged_share(m->lambda[e->region[s]], m->mu[e->region[s]])
+                    : 0;
+  for (int n = 0; n < table->points && r->averaged > 0; n++) {
+    double trace[PRODUCTS];
+    row_point at;
+    THRUM_TRY(take_point(m, s, r, 0, table->place[n], table->weight[n], &at));
+    dilatation(r, &at, trace);
+    for (int p = 0; p < r->products; p++)
+      r->mean[p] += trace[p] * at.weight / e->volume[s];
+  }
 
   for (int first = 0, n = 0; first < *height; first += STRAINS, n++) {
     const int layer = n / table->points, p = n % table->points;

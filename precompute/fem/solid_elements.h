@@ -7,8 +7,9 @@
  * (enhanced strains). So there is a matrix R of rows, with
  *   V = 1/2 |R s|^2,   s(u) = Y v + 1/2 v v,   (v w)_ab = v_a . w_b + w_a . v_b, a < b,
  *                                              (v w)_aa = 2 v_a . w_a,
- * v the displacements of the edges. Elements of middle nodes have too many products for that, and
- * take Green's strain at their points.
+ * v the displacements of the edges. Elements of middle nodes have many products for that, and
+ * take Green's strain at their points, but for tetrahedra whose change of volume is one: the mean
+ * of that of its points is in the place of each.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_PRECOMPUTE_FEM_SOLID_ELEMENTS_H
@@ -20,7 +21,7 @@
 #include "platform/allocate.h"
 
 enum {
-  THRUM_SOLID_ROW_NODES_MAX = 8, /* of an element with rows */
+  THRUM_SOLID_ROW_NODES_MAX = 10, /* of an element with rows */
   THRUM_SOLID_EDGES_MAX = THRUM_SOLID_ROW_NODES_MAX - 1,
   THRUM_SOLID_PRODUCTS_MAX = THRUM_SOLID_EDGES_MAX * (THRUM_SOLID_EDGES_MAX + 1) / 2,
   THRUM_SOLID_COMPONENTS_MAX = 3 * THRUM_SOLID_NODES_MAX
@@ -77,7 +78,7 @@ static inline int64_t thrum_solid_tet(const thrum_solid_elements *e, int64_t s) 
 
 /* Has a form rows? Else it has strains at points. */
 static inline bool thrum_solid_has_rows(const thrum_solid_elements *e, int64_t s) {
-  return thrum_solid_node_count(e, s) <= THRUM_SOLID_ROW_NODES_MAX;
+  return thrum_solid_node_count(e, s) <= 8 || e->form[s] == THRUM_FORM_MEAN10;
 }
 
 static inline int thrum_solid_products(int nodes) {

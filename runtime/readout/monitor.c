@@ -26,7 +26,7 @@
 #define RIGID 6
 
 /* Of the numbers in solid_form, thrum/model.h. */
-enum { FIRST_SOLID_SHELL = 6 };
+enum { SOLID_SHELL_WEDGE = 6, SOLID_SHELL_HEXAHEDRON = 7 };
 
 /* The header; behind it, each at a multiple of 64: sampled tets (count i4), tips (rank x 3 x rank),
  * mass (vertex_count), stress points. */
@@ -69,7 +69,7 @@ void thrum_monitor_clear(thrum_monitor_record *record) {
  * to a stretch of 0.45 where the element has 0.985. */
 static bool shape_is_cut_thin(const thrum_model *model) {
   for (int64_t e = 0; e < model->solid_count; e++)
-    if (model->solid_form[e] >= FIRST_SOLID_SHELL)
+    if (model->solid_form[e] == SOLID_SHELL_WEDGE || model->solid_form[e] == SOLID_SHELL_HEXAHEDRON)
       return true;
   return false;
 }

@@ -375,7 +375,7 @@ static void solids_have_the_nodes_of_their_form_and_tetrahedra_of_their_own(void
 
   // forms, runs of nodes and runs of tetrahedra
   a = solid_sample(unknown, ends, tets);
-  refused(&a, THRUM_BAD_VALUE, "array 'solid_form' holds 8 (entry 1)");
+  refused(&a, THRUM_BAD_VALUE, "array 'solid_form' holds 9 (entry 1)");
   a = solid_sample(wedge, ends, tets);
   refused(&a, THRUM_BAD_VALUE, "array 'solid_ends' holds 8 (entry 1); 10 is needed");
   a = solid_sample(form, ends, none);
