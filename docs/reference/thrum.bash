@@ -25,7 +25,7 @@ _thrum() {
   'precompute --check') words='auto search inertia' ;;
   'precompute --solver') words='auto factor cg' ;;
   'precompute --law') words='stvk corotational neo-hookean' ;;
-  'precompute '*) words=' --output --fix --spring --about --young --poisson --density --material --scale --unit --regions --order --element --modes --rank --selection --mass --quadrature-order --precision --check --solver --handles --actuator --touch --touch-stepped --condense --parameters --law --cubature --cubature-error --cubature-points --cubature-range --cubature-refine --yield --train --test --by-share --error --rank-max --train-time --train-dt --train-damping --keep-runs --list-jobs --job --collect --import-basis --import-cubic --export-modes --threads --dry-run --memory --reproducible --options --json --quiet --help --help-all' ;;
+  'precompute '*) words=' --output --fix --spring --mean-dilatation --about --young --poisson --density --material --scale --unit --regions --order --element --modes --rank --selection --mass --quadrature-order --precision --check --solver --handles --actuator --touch --touch-stepped --condense --parameters --law --cubature --cubature-error --cubature-points --cubature-range --cubature-refine --yield --train --test --by-share --error --rank-max --train-time --train-dt --train-damping --keep-runs --list-jobs --job --collect --import-basis --import-cubic --export-modes --threads --dry-run --memory --reproducible --options --json --quiet --help --help-all' ;;
   'mesh --side') words='middle top bottom' ;;
   'mesh --tool') words='gmsh tetgen' ;;
   'mesh '*) words='--output --size --scale --order --thickness --layers --side --tool --verbose --json --quiet --help' ;;
