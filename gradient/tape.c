@@ -27,7 +27,7 @@
 /* --- memory ----------------------------------------------------------------------------------- */
 
 void thrum_tape_def_init(thrum_tape_def *def, size_t size) {
-  const thrum_tape_def defaults = {.cookie = sizeof(thrum_tape_def), .steps = 1};
+  const thrum_tape_def defaults = {.cookie = sizeof(thrum_tape_def), .steps = 1, .every = 1};
   thrum_def_fill(def, size, &defaults, sizeof defaults);
 }
 
@@ -57,6 +57,9 @@ static thrum_status check_def(const thrum_model *model, const thrum_tape_def *de
   if (def->steps < 1)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "a tape of %lld steps: it needs 1 or more", (long long)def->steps);
+  if (def->every < 1)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "every %lld steps a row: it is 1 or more",
+                           (long long)def->every);
   if (def->touches < 0 || (def->touches > 0 && def->checkpoints > 0) ||
       def->subgradient > THRUM_SUBGRADIENT_FIXED)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
@@ -167,6 +170,7 @@ static thrum_tape numbers_of(const thrum_model *model, const thrum_tape_def *def
                       .width = thrum_condensed_shape_model(model)->rank,
                       .actuators = thrum_model_actuators(model),
                       .length = segment_length(def),
+                      .every = def->every,
                       .subgradient = def->subgradient,
                       .touches = def->touches,
                       .checkpoints = def->checkpoints,

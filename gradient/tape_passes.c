@@ -274,7 +274,10 @@ static bool put_sums(const thrum_model *model, const thrum_tape *tape,
 static void add_seen(const thrum_tape *tape, const double *q_bar, const double *p_bar,
                      const thrum_made_step *made, int64_t k, thrum_step_change *change) {
   const int64_t r = tape->rank;
-  const double *q = q_bar ? q_bar + (k + 1) * r : NULL, *p = p_bar ? p_bar + (k + 1) * r : NULL;
+  if ((k + 1) % tape->every != 0)
+    return;
+  const int64_t row = (k + 1) / tape->every;
+  const double *q = q_bar ? q_bar + row * r : NULL, *p = p_bar ? p_bar + row * r : NULL;
   add(change->q, q, r);
   add(change->p, p, r);
   add_moved(change, -0.5, q, made->q_next, r);
@@ -350,7 +353,7 @@ thrum_status thrum_tape_pull_back(const thrum_model *model, thrum_tape *tape, co
                                   const double *p_bar, thrum_tape_gradient *gradient,
                                   thrum_error *error) {
   THRUM_TRY(check_pass(model, tape, gradient, error));
-  const int64_t r = tape->rank, last = tape->count, count = (last + 1) * r;
+  const int64_t r = tape->rank, last = tape->count, count = (last / tape->every + 1) * r;
   if ((q_bar && !thrum_all_finite(q_bar, count)) || (p_bar && !thrum_all_finite(p_bar, count)))
     return thrum_error_set(error, THRUM_BAD_VALUE,
                            "a derivative of the loss is not a finite number");
@@ -482,8 +485,11 @@ thrum_status thrum_tape_push_forward(const thrum_model *model, thrum_tape *tape,
       thrum_contact_slopes_end(&tape->step, touching, change.p);
     for (int64_t i = 0; touching && i < r; i++)
       change.p[i] += touching->given * tape->pressed[i];
-    put_seen(&change, change.q, made.q_next, r, q + (k + 1) * r);
-    put_seen(&change, change.p, made.p_next, r, p + (k + 1) * r);
+    if ((k + 1) % tape->every == 0) {
+      const int64_t row = (k + 1) / tape->every;
+      put_seen(&change, change.q, made.q_next, r, q + row * r);
+      put_seen(&change, change.p, made.p_next, r, p + row * r);
+    }
     thrum_linear_step_turn(&tape->step);
   }
   if (!thrum_all_finite(change.q, r) || !thrum_all_finite(change.p, r))

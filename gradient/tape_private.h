@@ -11,6 +11,7 @@ struct thrum_tape {
   int64_t most, count;      /* steps: that there is room for, that were made */
   int64_t divided;          /* the first step that a fallback level has divided; -1: none */
   int64_t rank, width;      /* of q and p, and of a force */
+  int64_t every;            /* steps from one row of what is seen to the next */
   bool started;
   double *kappa, *nu, *damping; /* rank each */
   double *start_q, *start_p;    /* rank each */

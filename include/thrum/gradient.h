@@ -67,7 +67,12 @@ typedef struct thrum_tape_def {
   const thrum_state *state; /* with checkpoints: the one to be recorded, for its size */
   int64_t touches; /* with contact: room for so many touches of all steps together; one that sticks
                       takes 3. They go without checkpoints. 0: steps without contact [1] */
-  thrum_tape_subgradient subgradient;
+  thrum_tape_subgradient subgradient; /* default: none */
+
+  /* What passes are given and give of q and p has a row after each `every` steps, the start first:
+   * steps / every + 1 of them, also where it says (steps + 1) below. 1 or more; larger: less memory
+   * beside a tape with checkpoints, for a loss that sees less [1] */
+  int64_t every;
 } thrum_tape_def;
 
 /* A def with every default set: 1 step, no checkpoints. size: of the def as the caller knows it

@@ -64,14 +64,16 @@ class Rollout:
 
     def __init__(self, model: Model, steps: int, q: Any, p: Any, force: Any, stiffness: float, density: float,
                  options: dict[str, Any], actuation: Any = None, touching: Touching | None = None,
-                 before: Rollout | None = None) -> None:
+                 before: Rollout | None = None, checkpoints: int = 0, every: int = 1) -> None:
+        if every < 1 or checkpoints < 0 or (checkpoints > 0 and touching is not None):
+            raise ValueError(f"checkpoints {checkpoints}, every {every}: 0 or more without what touches, and 1 or more")
         if steps < 1:
             raise ValueError(f"steps: {steps} steps; a run has one or more")
         rank = model.rank
         start = [None if value is None else _native.doubles(value, (rank,), name) for value, name in ((q, "q"), (p, "p"))]
         forces = None if force is None else _native.doubles(force, (steps, model.shown), "force")
         # coordinates stay: a factor of the density divides stiffness and forces
-        self.model = model
+        self.model, self.steps, self.every = model, steps, every
         self._factors = (float(stiffness), float(density))
         self._stepped = model.scale(stiffness=self._ratio()) if self._ratio() != 1.0 else model
         self._forces = forces if forces is None or density == 1.0 else forces / self._factors[1]
@@ -85,30 +87,34 @@ class Rollout:
         # the tape, and a state that is only needed to record it
         definition, place = ffi.new("thrum_tape_def *"), ffi.new("thrum_tape **")
         lib.thrum_tape_def_init(definition, ffi.sizeof("thrum_tape_def"))
-        definition.steps = steps
+        definition.steps, definition.checkpoints, definition.every = steps, checkpoints, every
+        self._seen: tuple[Array, Array] | None = None
+        self._rows = steps // every + 1
         if touching is not None:
             if touching.subgradient not in (None, "fixed"):
                 raise ValueError(f'subgradient: {touching.subgradient!r} is neither None nor "fixed"')
             definition.touches = touching.room * steps
             definition.subgradient = int(touching.subgradient is not None)
+        # a run that Ctrl-C has left goes on in the state, so it is not closed here: it ends with what refers to it
+        state = self._stepped.state(**options)
+        definition.state = state._state
         if before is None:
             call(lib.thrum_tape_create, self._c_model, definition, place)
             self._tape = ffi.gc(place[0], lib.thrum_tape_destroy, 24 * rank * steps)
         else:
             # of a run that nobody reads any more, with pages that are there
             self._tape = before._tape
-        # a run that Ctrl-C has left goes on in the state, so it is not closed here: it ends with what refers to it
-        state = self._stepped.state(**options)
         call(lib.thrum_tape_start, self._c_model, self._tape, state._state, *map(_native.pointer, start))
         if touching is not None:
             if levels is not None:
                 raise ValueError("actuation: a run that touches has no levels")
             self._touch(touching, state._state, steps, float(options.get("dt", 0.003)))
+        elif checkpoints > 0:
+            self._see(state, levels, every)
         else:
             _native.call_interruptible((state, self._tape, self._forces, levels), lib.thrum_tape_run_levels, self._c_model,
                                        self._tape, state._state, _native.pointer(self._forces), _native.pointer(levels),
                                        steps, ffi.NULL)
-        self.steps = steps
         self.dt = float(options.get("dt", 0.003))
 
     def _ratio(self) -> float:
@@ -170,25 +176,36 @@ class Rollout:
     def __repr__(self) -> str:
         return f"<thrum.Rollout steps={self.steps} dt={self.dt:g} s rank={self.model.rank}>"
 
+    def _see(self, state: Any, levels: Array | None, every: int) -> None:
+        """Makes the steps of a tape that keeps no rows, and keeps those that are asked for."""
+        q, p = np.empty((self._rows, self.model.rank)), np.empty((self._rows, self.model.rank))
+        for first in range(0, self.steps + 1, every):
+            q[first // every], p[first // every] = state.get()
+            count = min(every, self.steps - first)
+            rows = [None if given is None else given[first:first + count] for given in (self._forces, levels)]
+            _native.call_interruptible((state, self._tape, *rows), lib.thrum_tape_run_levels, self._c_model, self._tape,
+                                       state._state, *map(_native.pointer, rows), count, ffi.NULL)
+        self._seen = _native.read_only(q), _native.read_only(p)
+
     def _points(self, place: Any) -> Array:
         found = _native.view(place, (self.steps + 1, self.model.rank), "<f8", self)
         assert found is not None
-        return found
+        return found[::self.every]
 
     @property
     def q(self) -> Array:
-        """q after each step, the start first, (steps + 1) x r; read-only, and not copied."""
-        return self._points(lib.thrum_tape_q(self._tape))
+        """q after each step, or each `every` of them, the start first, (steps / every + 1) x r; read-only."""
+        return self._seen[0] if self._seen else self._points(lib.thrum_tape_q(self._tape))
 
     @property
     def p(self) -> Array:
         """p after each step, likewise."""
-        return self._points(lib.thrum_tape_p(self._tape))
+        return self._seen[1] if self._seen else self._points(lib.thrum_tape_p(self._tape))
 
     @property
     def times(self) -> Array:
         """Times of these rows [s]."""
-        return self.dt * np.arange(self.steps + 1)
+        return self.dt * self.every * np.arange(self._rows)
 
     def pull_back(self, q_bar: Any = None, p_bar: Any = None, *, parameters: bool = False,
                   springs: Sequence[Any] = ()) -> Gradient:
@@ -199,7 +216,7 @@ class Rollout:
             the group of that name, is held along a unit vector, or for None in all directions. Unsupported where a step was
             divided by a fallback level. Costs about two more runs. One thread at a time.
         """
-        shape, rank = (self.steps + 1, self.model.rank), self.model.rank
+        shape, rank = (self._rows, self.model.rank), self.model.rank
         bars = [None if value is None else _native.doubles(value, shape, name)
                 for value, name in ((q_bar, "q_bar"), (p_bar, "p_bar"))]
         q, p, damping, force = np.empty(rank), np.empty(rank), np.empty(rank), np.empty((self.steps, self.model.shown))
@@ -261,33 +278,37 @@ class Rollout:
             "levels": _native.pointer(levels),
             "alpha": float(alpha), "beta": float(beta), "stiffness": float(stiffness) / by_stiffness,
             "density": float(density) / by_density})
-        into = np.empty((self.steps + 1, rank)), np.empty((self.steps + 1, rank))
+        into = np.empty((self._rows, rank)), np.empty((self._rows, rank))
         call(lib.thrum_tape_push_forward, self._c_model, self._tape, direction, *map(_native.pointer, into))
         return into
 
 
 def rollout(model: Model, steps: int, q: Any = None, p: Any = None, force: Any = None, *, actuation: Any = None,
-            touching: Touching | None = None, stiffness: float = 1.0, density: float = 1.0, **options: Unpack[StateOptions]) -> Rollout:
+            touching: Touching | None = None, stiffness: float = 1.0, density: float = 1.0, checkpoints: int = 0, every: int = 1,
+            **options: Unpack[StateOptions]) -> Rollout:
     """Makes a run of `steps` steps that can be differentiated.
 
     q, p: the start (r; None: zero); force: the force of each step (steps x model.shown; None: none); actuation: levels of
     what acts on the body in each step, {"air": 2e4, "wire": a number for each step} or steps x model.actuators (None: zero);
-    touching: what the body touches; stiffness, density: factors of Young's modulus and of the density of the whole body, in coordinates that stay, where muscles
+    touching: what the body touches; every: q and p are seen after each so many steps; checkpoints: where above 0, the state is kept
+    so often and the steps between are made again by a pass, at the cost of a run and with the same bits: with `every` a long run then
+    takes little memory. stiffness, density: factors of Young's modulus and of the density of the whole body, in coordinates that stay, where muscles
     follow the modulus and pressures, tendons and gases do not. options: those of `Model.state`, with the integrators energy,
     newmark, midpoint and verlet. A tolerance of 1e-13 makes gradients agree with differences of runs; with the default they err
     by about 1e-5 of a step.
     """
-    return Rollout(model, steps, q, p, force, stiffness, density, dict(options), actuation, touching)
+    return Rollout(model, steps, q, p, force, stiffness, density, dict(options), actuation, touching, None, checkpoints, every)
 
 
 def value_and_gradient(loss: Loss, model: Model, steps: int, q: Any = None, p: Any = None, force: Any = None, *,
                        actuation: Any = None, touching: Touching | None = None, stiffness: float = 1.0, density: float = 1.0,
-                       parameters: bool = False,
+                       parameters: bool = False, checkpoints: int = 0, every: int = 1,
                        **options: Unpack[StateOptions]) -> tuple[float, Gradient]:
-    """The loss of a run and its gradient. loss(q, p) gets q and p after each step, (steps + 1) x r each, and returns its value and
+    """The loss of a run and its gradient. loss(q, p) gets q and p after each step, or each
+    `every`, (steps / every + 1) x r each, and returns its value and
     its derivatives by both (None: it does not depend on that one). parameters: as for `Rollout.pull_back`. All else is as for `rollout`."""
     run = rollout(model, steps, q, p, force, actuation=actuation, touching=touching, stiffness=stiffness, density=density,
-                  **options)
+                  checkpoints=checkpoints, every=every, **options)
     value, q_bar, p_bar = loss(run.q, run.p)
     return float(value), run.pull_back(q_bar, p_bar, parameters=parameters)
 

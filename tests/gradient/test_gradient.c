@@ -1009,6 +1009,49 @@ static void checkpoints_give_the_same_bits(void **context) {
   random_model_free(&body);
 }
 
+/* A loss that sees each eighth step needs rows of those alone. */
+static void a_loss_may_see_some_steps(void **context) {
+  (void)context;
+  enum { EVERY = 8, ROWS = (STEPS / EVERY + 1) * RANK };
+  random_model body;
+  random_model_make(&body, 4, RANK, 20, 200, 1);
+  const thrum_model *model = &body.model;
+  const thrum_state_def def = thrum_default_state_def();
+  thrum_state *state = state_make(model, &def);
+  random_state random = {9};
+  double start[RANK], some[ROWS], all[POINTS] = {0}, q[2][RANK];
+  double changed[2][2][POINTS], along[RANK] = {1, 2, 3};
+  random_vector(&random, RANK, 0.1, start);
+  random_vector(&random, ROWS, 1, some);
+  for (int k = 0; k * EVERY <= STEPS; k++)
+    memcpy(all + k * EVERY * RANK, some + k * RANK, RANK * sizeof *all);
+  for (int side = 0; side < 2; side++) {
+    thrum_tape *tape = NULL;
+    thrum_tape_def room = thrum_default_tape_def();
+    room.steps = STEPS;
+    room.every = side ? EVERY : 1;
+    room.checkpoints = 3 * side;
+    room.state = state;
+    assert_int_equal(thrum_tape_create(model, &room, &tape, NULL), THRUM_OK);
+    assert_int_equal(thrum_tape_start(model, tape, state, start, NULL, NULL), THRUM_OK);
+    assert_true(thrum_tape_run(model, tape, state, NULL, STEPS, NULL, NULL) >= 0);
+    thrum_tape_gradient g = {.q = q[side]}, direction = {.q = along};
+    assert_int_equal(thrum_tape_pull_back(model, tape, side ? some : all, NULL, &g, NULL),
+                     THRUM_OK);
+    assert_int_equal(
+        thrum_tape_push_forward(model, tape, &direction, changed[side][0], changed[side][1], NULL),
+        THRUM_OK);
+    thrum_tape_destroy(tape);
+  }
+  assert_memory_equal(q[0], q[1], sizeof q[0]);
+  for (int k = 0; k * EVERY <= STEPS; k++)
+    for (int n = 0; n < 2; n++)
+      assert_memory_equal(changed[0][n] + k * EVERY * RANK, changed[1][n] + k * RANK,
+                          RANK * sizeof(double));
+  state_free(state);
+  random_model_free(&body);
+}
+
 /* Runs side by side have the bits of runs alone, on their tapes and in their gradients. */
 static void a_batch_of_runs_has_the_bits_of_each(void **context) {
   (void)context;
@@ -1130,6 +1173,9 @@ static void bad_calls_are_refused(void **context) {
   room.steps = INT64_MAX;
   assert_int_equal(thrum_tape_size(model, &room, &size, NULL), THRUM_OUT_OF_MEMORY);
   room.steps = 2;
+  room.every = 0;
+  assert_int_equal(thrum_tape_size(model, &room, &size, NULL), THRUM_INVALID_ARGUMENT);
+  room.every = 1;
   room.checkpoints = -1;
   assert_int_equal(thrum_tape_size(model, &room, &size, NULL), THRUM_INVALID_ARGUMENT);
   room.checkpoints = 1;
@@ -1193,6 +1239,7 @@ int main(void) {
       cmocka_unit_test(what_follows_is_differentiated),
       cmocka_unit_test(checkpoints_give_the_same_bits),
       cmocka_unit_test(a_batch_of_runs_has_the_bits_of_each),
+      cmocka_unit_test(a_loss_may_see_some_steps),
       cmocka_unit_test(a_force_of_another_array_is_refused),
       cmocka_unit_test(bad_calls_are_refused),
   };

@@ -139,6 +139,27 @@ class Gradients(unittest.TestCase):
         with self.assertRaises(thrum.Unsupported):
             thrum.rollout(beam(), STEPS, actuation=np.zeros((STEPS, 0)))
 
+    def test_checkpoints_keep_little_and_change_nothing(self):
+        model, given = beam(), inputs(beam())
+        weights = np.random.default_rng(2).standard_normal((STEPS // 10 + 1, model.rank))
+
+        def loss(q, p):
+            return (weights * q).sum() + (p[-1]**2).sum(), weights, np.vstack([np.zeros((len(q) - 1, model.rank)), 2 * p[-1:]])
+        for integrator, dt in OPTIONS.items():
+            options = {**given, "every": 10, "integrator": integrator, "dt": dt}
+            value, g = thrum.value_and_gradient(loss, model, STEPS, **options)
+            again, kept = thrum.value_and_gradient(loss, model, STEPS, checkpoints=4, **options)
+            np.testing.assert_allclose(value, again, rtol=1e-13)
+            np.testing.assert_allclose(g.q, kept.q, rtol=1e-12)
+            np.testing.assert_allclose(g.force, kept.force, rtol=1e-9, atol=1e-12)
+            self.assertAlmostEqual(g.stiffness / kept.stiffness, 1.0, 12)
+        run = thrum.rollout(model, STEPS, given["q"], checkpoints=3, every=7)
+        self.assertEqual(run.q.shape, (5, model.rank))
+        self.assertAlmostEqual(run.times[-1], 28 * 0.003)
+        self.assertEqual(run.push_forward(q=given["q"])[0].shape, (5, model.rank))
+        with self.assertRaisesRegex(ValueError, "every"):
+            thrum.rollout(model, STEPS, every=0)
+
     def test_a_body_that_touches(self):
         model = beam()
         tip = model.external_load((0, 0, 1), group="tip")
