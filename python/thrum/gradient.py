@@ -56,7 +56,7 @@ class Touching:
     areas: Any = None  # of the surface that each stands for [m^2]; None: shares of the box of all of them
     stiffness: float = 0.0  # of obstacles without their own; 0: of the body
     subgradient: str | None = None
-    room: int = 60  # for touches in each step; one that sticks takes 3
+    room: int | None = None  # for touches in each step, where one that sticks takes 3; None: for all that may touch
 
 
 class Rollout:
@@ -93,7 +93,9 @@ class Rollout:
         if touching is not None:
             if touching.subgradient not in (None, "fixed"):
                 raise ValueError(f'subgradient: {touching.subgradient!r} is neither None nor "fixed"')
-            definition.touches = touching.room * steps
+            # pages that no touch comes to are never made
+            count = len(self.model.vertices) if touching.vertices is None else len(self._chosen(touching.vertices))
+            definition.touches = steps * (3 * count if touching.room is None else touching.room)
             definition.subgradient = int(touching.subgradient is not None)
         # a run that Ctrl-C has left goes on in the state, so it is not closed here: it ends with what refers to it
         state = self._stepped.state(**options)
@@ -123,6 +125,10 @@ class Rollout:
             raise ValueError(f"stiffness {stiffness} and density {density} are factors above 0")
         return stiffness / density
 
+    def _chosen(self, vertices: Any) -> Any:
+        """Numbers of vertices, or of those of a group."""
+        return np.ascontiguousarray(self.model.group(vertices) if isinstance(vertices, str) else vertices, dtype=np.int32).ravel()
+
     def _touch(self, touching: Touching, state: Any, steps: int, dt: float) -> None:
         """Makes the steps with contact, solved as far as numbers go."""
         definition, size = ffi.new("thrum_contact_def *"), ffi.new("size_t *")
@@ -130,7 +136,7 @@ class Rollout:
         definition.tolerance, definition.sweeps_max, definition.stiffness = 1e-13, 1000, touching.stiffness
         chosen = touching.vertices
         if chosen is not None:
-            at = np.ascontiguousarray(self.model.group(chosen) if isinstance(chosen, str) else chosen, dtype=np.int32).ravel()
+            at = self._chosen(chosen)
             definition.vertices, definition.vertex_count = _native.pointer(at, "int32_t"), at.size
         areas = None if touching.areas is None else _native.doubles(touching.areas, (self.model.vertex_count if chosen is None else at.size,),
                                                                         "areas")
