@@ -14,6 +14,8 @@
 
 #include "platform/allocate.h"
 
+#define FLAT 1e-9 /* of the body's volume: a surface that encloses less encloses none */
+
 thrum_status thrum_actuator_responses(const thrum_fem *fem, const thrum_sparse *mass,
                                       thrum_factor *factor, int64_t count,
                                       const thrum_actuator *actuators, double *responses,
@@ -24,8 +26,18 @@ thrum_status thrum_actuator_responses(const thrum_fem *fem, const thrum_sparse *
   double *all = thrum_scope_allocate(&memory, 3 * fem->vertex_count, sizeof *all);
   double *force = thrum_scope_allocate(&memory, 2 * n, sizeof *force);
   thrum_status status = memory.status;
+  double volume = 0, whole = 0;
+  thrum_fem_weigh(fem, &volume, &whole);
   for (int64_t k = 0; k < count && status >= 0; k++) {
     double *x = responses + k * n, *product = force + n;
+    if (actuators[k].kind == THRUM_ACTUATOR_GAS &&
+        !(thrum_fem_actuator_rest(fem, &actuators[k]) > FLAT * volume)) {
+      status = thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                               "--actuator '%.100s': its surface encloses nothing that a gas could "
+                               "fill",
+                               actuators[k].text);
+      break;
+    }
     memset(all, 0, (size_t)(3 * fem->vertex_count) * sizeof *all);
     thrum_fem_actuator(fem, &actuators[k], NULL, 1, all);
     thrum_fem_gather(fem, all, force);

@@ -148,6 +148,11 @@ static void what_is_no_actuation_is_refused(void **state) {
   assert_int_equal(run.exit_code, 1);
   assert_non_null(strstr(run.err, "--actuator: 'a=chamber:tip': the surface is open"));
   program_result_free(&run);
+  run = thrum_run(folder, "precompute", "beam:2x1x1@1x0.1x0.1", "--fix", "x<0.001", "--order", "1",
+                  "--modes", "2", "-o", "none.npz", "-q", "--actuator", "a=gas:right,cap", NULL);
+  assert_int_equal(run.exit_code, 1);
+  assert_non_null(strstr(run.err, "'a=gas:right,cap': its surface encloses nothing"));
+  program_result_free(&run);
 }
 
 /* Levels that no step sees are named, and coordinates that only follow are no place to act on. */
