@@ -354,7 +354,7 @@ static archive solid_sample(const uint8_t form[2], const int32_t ends[2],
 
 static void solids_have_the_nodes_of_their_form_and_tetrahedra_of_their_own(void **state) {
   (void)state;
-  static const uint9_t form[2] = {0, 0}, wedge[2] = {0, 2}, unknown[2] = {0, 8};
+  static const uint8_t form[2] = {0, 0}, wedge[2] = {0, 2}, unknown[2] = {0, 9};
   static const int32_t ends[2] = {4, 8}, tets[2] = {1, 2}, none[2] = {0, 2}, few[2] = {1, 1};
   static const int32_t midsides[12] = {0, 1, 2, 3, 4, 0, 1, 2, 3, 4, 0, 1};
   thrum_model view;
