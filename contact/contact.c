@@ -14,7 +14,6 @@
 
 #define CONTACT_MAGIC UINT64_C(0x7468726d63743031)
 #define COUNT_MAX (INT64_C(1) << 31)
-#define TOLERANCE_MOST 1e-2 /* that a definition may ask for */
 
 void thrum_contact_def_init(thrum_contact_def *def, size_t size) {
   const thrum_contact_def defaults = {
@@ -67,7 +66,7 @@ static thrum_status check_counts(const thrum_contact_def *def, thrum_error *erro
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "the contact's diagonal is %g; it must be finite and >= 0 [m]",
                            def->diagonal);
-  if (!(def->tolerance > 0.0 && def->tolerance <= TOLERANCE_MOST))
+  if (!(def->tolerance > 0.0 && def->tolerance <= THRUM_TOLERANCE_MOST))
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "the contact's tolerance is %g; it must be in (0, 1e-2]",
                            def->tolerance);

@@ -8,9 +8,6 @@
 #include "core/base/alignment_check.h"
 #include "core/base/finite.h"
 
-/* Counters beyond this could overflow when they are counted on. */
-#define COUNT_MAX (INT64_C(1) << 62)
-
 /* Everything that thrum_contact_init sets and no step changes. */
 static bool is_same_contact(const thrum_contact *a, const thrum_contact *b) {
   return a->magic == b->magic && a->bytes == b->bytes && a->state_bytes == b->state_bytes &&
@@ -31,9 +28,9 @@ static bool are_numbers_right(const thrum_contact *header) {
       !is_count(header->row_count, header->touch_max) ||
       !is_count(header->pull_count, header->pull_max))
     return false;
-  if (!is_count(header->steps, COUNT_MAX) || !is_count(header->redone, COUNT_MAX) ||
-      !is_count(header->declined, COUNT_MAX) || !is_count(header->dropped, COUNT_MAX) ||
-      !is_count(header->sweeps, COUNT_MAX) || !is_count(header->impacts, COUNT_MAX))
+  if (!is_count(header->steps, THRUM_COUNT_MAX) || !is_count(header->redone, THRUM_COUNT_MAX) ||
+      !is_count(header->declined, THRUM_COUNT_MAX) || !is_count(header->dropped, THRUM_COUNT_MAX) ||
+      !is_count(header->sweeps, THRUM_COUNT_MAX) || !is_count(header->impacts, THRUM_COUNT_MAX))
     return false;
   if (!is_count(header->fresh, 1) || header->begun != 0)
     return false;

@@ -18,8 +18,7 @@
 #include "thrum/contact_pairs.h"
 
 #define ADVANCES_MAX 64
-#define CLOSE_ENOUGH 1e-3 /* of the reach: where advancing ends */
-#define PARALLEL 1e-6     /* square of the sine between two edges without closest points */
+#define PARALLEL 1e-6 /* square of the sine between two edges without closest points */
 
 bool thrum_triangle_closest(const double p[3], const double a[3], const double b[3],
                             const double c[3], double weights[3]) {
@@ -149,7 +148,7 @@ double thrum_quad_meets(thrum_quad_kind kind, const thrum_quad *quad, double rea
   double time = 0.0;
   for (int n = 0; n < ADVANCES_MAX; n++) {
     const double left = thrum_quad_nearest(kind, quad, time).distance - reach;
-    if (left <= CLOSE_ENOUGH * reach)
+    if (left <= THRUM_MET * reach)
       return time;
     time += left / motion;
     if (!(time <= 1.0))

@@ -6,6 +6,8 @@
 #include <math.h>
 #include <stdbool.h>
 
+#define THRUM_MET 1e-3 /* thicknesses within which two places have met */
+
 #include "core/base/vec3.h"
 
 /* Four points: a vertex and a triangle's corners, or the ends of one edge and of another. */

@@ -29,8 +29,7 @@
 
 #define SOFT 5e-3       /* v / (omega_1 diagonal) above which a body is not near-rigid */
 #define SWEEPS_MAX 500  /* over the rows of an impact that are not solved at once */
-#define EARLY 20        /* sweeps before all rows are */
-#define LATE 6          /* sweeps after it */
+#define FEW 6           /* sweeps before all rows are solved at once, and after it */
 #define TOLERANCE 1e-10 /* of the fastest approach: sweeps end that change velocities less */
 #define ROUNDING 1e-3   /* of all impulses, by which they may be cut so that they add no energy */
 
@@ -358,8 +357,8 @@ static void solve(const thrum_impact_rows *rows, double fastest) {
   for (int sweep = 0; sweep < most; sweep++) {
     double change = 0.0;
     thrum_impact_place at;
-    if (sweep == EARLY && thrum_impact_newton(rows, TOLERANCE * fastest))
-      most = EARLY + LATE;
+    if (sweep == FEW && thrum_impact_newton(rows, TOLERANCE * fastest))
+      most = 2 * FEW;
     for (thrum_impact_cursor n = {0, 0}; thrum_impact_next(rows, &n, &at);)
       if (at.row->strike.part != THRUM_NO_PART)
         change = fmax(change, solve_part(&at));

@@ -23,8 +23,7 @@
 #include "contact/contact_impact_private.h"
 #include "contact/contact_newton.h"
 
-#define SOFTNESS 0.01     /* of the response of a row: the compliance about its impulse */
-#define ITERATIONS_MAX 20 /* of a solve */
+#define SOFTNESS 0.01 /* of the response of a row: the compliance about its impulse */
 
 /* An impact of bodies that have m velocities. */
 typedef struct newton {
@@ -314,7 +313,7 @@ bool thrum_impact_newton(const thrum_impact_rows *rows, double tolerance) {
   of.step = of.gradient + of.m;
   take_up(&of);
   const thrum_newton_system system = {of.m, of.z, of.gradient, of.step, of.matrix};
-  if (!thrum_newton_minimise(&system, &laws, &of, ITERATIONS_MAX, tolerance, &settled))
+  if (!thrum_newton_minimise(&system, &laws, &of, tolerance, &settled))
     return false;
   return give_back(&of);
 }

@@ -19,9 +19,9 @@
 #define INLINED
 #endif
 
-#define SEARCHES_MAX 8 /* slopes along a step */
-#define FLATTER 0.3    /* of the slope at the start of a step: what its end may have */
-#define NARROWER 0.3   /* of what is left of a step: a search goes at least so far from its ends */
+#define ITERATIONS_MAX 20 /* of a solve */
+#define SEARCHES_MAX 8    /* slopes along a step */
+#define FLATTER 0.3       /* of the slope at the start of a step: what its end may have */
 
 /* to += s0 b0 + s1 b1 + s2 b2, of four numbers each. */
 static inline INLINED void add_four(const double s[3], const double *b, int64_t stride,
@@ -153,24 +153,15 @@ double thrum_newton_search(thrum_newton_slope slope_at, const void *of, double s
   const double flat = FLATTER * fabs(start);
 
   // mostly the whole step
-  double low = 0.0, high = 1.0, falls = start, rises = slope_at(of, 1.0), share = 1.0;
-  if (!(rises > flat))
+  double low = 0.0, high = 1.0, share = 1.0, slope = slope_at(of, 1.0);
+  if (!(slope > flat))
     return share;
 
-  // regula falsi: the interval gets smaller from one side or the other
-  for (int n = 1; n < SEARCHES_MAX; n++) {
-    const double part = fmin(fmax(falls / (falls - rises), NARROWER), 1.0 - NARROWER);
-    share = low + part * (high - low);
-    const double slope = slope_at(of, share);
-    if (fabs(slope) <= flat)
-      break;
-    if (slope > 0.0) {
-      high = share;
-      rises = slope;
-    } else {
-      low = share;
-      falls = slope;
-    }
+  // halves, towards where the slope changes its sign
+  for (int n = 1; n < SEARCHES_MAX && fabs(slope) > flat; n++) {
+    *(slope > 0.0 ? &high : &low) = share;
+    share = 0.5 * (low + high);
+    slope = slope_at(of, share);
   }
   return share;
 }
@@ -200,12 +191,12 @@ static double slope_at(const void *along, double share) {
 }
 
 bool thrum_newton_minimise(const thrum_newton_system *system, const thrum_newton_laws *laws,
-                           void *of, int most, double tolerance, bool *settled) {
+                           void *of, double tolerance, bool *settled) {
   const along_step at = {system, laws, of};
   const int64_t m = system->m;
   bool fresh = true;
   *settled = false;
-  for (int n = 0; n < most && !*settled; n++) {
+  for (int n = 0; n < ITERATIONS_MAX && !*settled; n++) {
     laws->linearise(of);
     if (!thrum_newton_step(m, system->matrix, system->gradient, system->step))
       return false;

@@ -48,10 +48,10 @@ typedef struct thrum_newton_laws {
   void (*go_on)(void *of);              /* rows go on from the forces that they have */
 } thrum_newton_laws;
 
-/* Makes at most `most` steps, until rows that have just gone on from their forces move no more than
+/* Makes steps until rows that have just gone on from their forces move no more than
  * the tolerance; *settled: they do so. False where the matrix has no factor. */
 bool thrum_newton_minimise(const thrum_newton_system *system, const thrum_newton_laws *laws,
-                           void *of, int most, double tolerance, bool *settled);
+                           void *of, double tolerance, bool *settled);
 
 /* The slope of a function along a step at a share of the step, from 0 to 1. */
 typedef double (*thrum_newton_slope)(const void *of, double share);

@@ -13,9 +13,6 @@
 
 #define PAIRS_MAGIC UINT64_C(0x7468726d70723031)
 #define LINKS_MAX 1024
-#define COUNT_MAX (INT64_C(1) << 62)
-#define THICKNESS 4e-3      /* of the smaller body's diagonal (docs/tuning.md) */
-#define TOLERANCE_MOST 1e-2 /* that a definition may ask for */
 
 void thrum_contact_pairs_def_init(thrum_contact_pairs_def *def, size_t size) {
   const thrum_contact_pairs_def defaults = {.cookie = sizeof(thrum_contact_pairs_def),
@@ -75,7 +72,7 @@ static thrum_status check_def(const thrum_contact_pairs_def *def, thrum_error *e
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "thickness and friction between bodies must be 0 to 1e30");
   if (!(def->restitution >= 0.0 && def->restitution <= 1.0) ||
-      !(def->tolerance > 0.0 && def->tolerance <= TOLERANCE_MOST))
+      !(def->tolerance > 0.0 && def->tolerance <= THRUM_TOLERANCE_MOST))
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "restitution between bodies must be 0 to 1, the tolerance in (0, "
                            "1e-2]");
@@ -163,7 +160,8 @@ int64_t thrum_pairs_find_before(const thrum_pairs_run *run, const thrum_pair_key
 
 double thrum_pairs_thickness(const thrum_contact_pairs *pairs, const thrum_skin *a,
                              const thrum_skin *b) {
-  return pairs->thickness > 0.0 ? pairs->thickness : THICKNESS * fmin(a->diagonal, b->diagonal);
+  return pairs->thickness > 0.0 ? pairs->thickness
+                                : THRUM_PAIRS_THICKNESS * fmin(a->diagonal, b->diagonal);
 }
 
 void thrum_contact_pairs_reset(thrum_contact_pairs *pairs) {
@@ -275,15 +273,17 @@ thrum_status thrum_contact_pairs_copy_check(const thrum_contact_pairs *pairs, co
       header.history.budget,   header.history.depth,  header.history.deepest,
       header.history.distance, header.history.normal, header.history.deepest_share,
       header.history.driven,   header.history.owed};
-  bool right =
-      is_count(header.history.touch_count, header.touch_max) &&
-      is_count(header.history.before_count, header.touch_max) &&
-      is_count(header.history.steps, COUNT_MAX) && is_count(header.history.redone, COUNT_MAX) &&
-      is_count(header.history.declined, COUNT_MAX) && is_count(header.history.dropped, COUNT_MAX) &&
-      is_count(header.history.sweeps, COUNT_MAX) && is_count(header.history.impacts, COUNT_MAX) &&
-      is_count(header.history.struck, header.touch_max - header.history.touch_count) &&
-      header.filled == 0 && header.listed == 0 &&
-      thrum_all_finite(values, sizeof values / sizeof values[0]);
+  bool right = is_count(header.history.touch_count, header.touch_max) &&
+               is_count(header.history.before_count, header.touch_max) &&
+               is_count(header.history.steps, THRUM_COUNT_MAX) &&
+               is_count(header.history.redone, THRUM_COUNT_MAX) &&
+               is_count(header.history.declined, THRUM_COUNT_MAX) &&
+               is_count(header.history.dropped, THRUM_COUNT_MAX) &&
+               is_count(header.history.sweeps, THRUM_COUNT_MAX) &&
+               is_count(header.history.impacts, THRUM_COUNT_MAX) &&
+               is_count(header.history.struck, header.touch_max - header.history.touch_count) &&
+               header.filled == 0 && header.listed == 0 &&
+               thrum_all_finite(values, sizeof values / sizeof values[0]);
   for (int64_t n = 0; right && n < header.touch_max; n++) {
     if (n >= header.history.touch_count && n < header.touch_max - header.history.struck)
       continue;

@@ -14,8 +14,7 @@
 #include "contact/contact_pairs_private.h"
 #include "contact/contact_point.h"
 
-#define ROUNDING 1e-10 /* share of the energy flow of contact that rounding may add */
-#define TOO_DEEP 0.9   /* of the thickness: a step that ends deeper is made again */
+#define TOO_DEEP 0.9 /* of the thickness: a step that ends deeper is made again */
 
 /* The work that a solid which moves does through a row, whose side `side` it is [J]. */
 static double driven_by(const thrum_contact_row *row, int side, const double moved[3]) {
@@ -81,7 +80,7 @@ bool thrum_pairs_allowed(thrum_pairs_run *run) {
   const double budget = thrum_pairs_is_elastic(run) ? 0.0 : run->history->budget;
   const double left = thrum_rows_stored(&list) + budget - measure(run);
   const double flow = run->history->flow + run->flow + thrum_rows_flow(&list);
-  return left >= -ROUNDING * flow;
+  return left >= -THRUM_ROUNDING * flow;
 }
 
 bool thrum_pairs_apart(const thrum_pairs_run *run) {

@@ -25,9 +25,6 @@
 #include "contact/contact_point.h"
 #include "core/base/two_lanes.h"
 
-#define SURE 0.99    /* of the slack: the rest is for rounding */
-#define PATIENCE 256 /* searches for which full lists are left as they are */
-
 /* Where the middle of a member's surface would be without deformation. */
 static void middle_of(const thrum_pairs_run *run, int64_t member, double middle[3]) {
   const thrum_skin_view view = thrum_skin_view_of(run->members[member].skin);
@@ -117,12 +114,12 @@ thrum_pair_list *thrum_pairs_list_find(const thrum_pairs_run *run, int64_t a, in
   double shift[3];
   const double first = moved_since(run, list, 0, a, shift);
   const double second = moved_since(run, list, 1, b, shift);
-  return first + second + way <= SURE * slack ? list : NULL;
+  return first + second + way <= THRUM_SURE * slack ? list : NULL;
 }
 
 /* Throws all lists away, unless that was done a short while ago. */
 static bool clear(thrum_pair_lists *lists) {
-  if (lists->searches < PATIENCE)
+  if (lists->searches < THRUM_PAIR_LISTS)
     return false;
   lists->count = lists->entry_count = lists->searches = 0;
   return true;

@@ -35,9 +35,8 @@
 #include "contact/contact_point.h"
 #include "core/base/two_lanes.h"
 
-#define SOFTNESS 0.3      /* of a row's response: the compliance about its force */
-#define ITERATIONS_MAX 16 /* of a solve */
-#define ALIKE 0.3         /* of the derivatives of a row: by how much the sum may be off */
+#define SOFTNESS 0.3 /* of a row's response: the compliance about its force */
+#define ALIKE 0.3    /* of the derivatives of a row: by how much the sum may be off */
 
 /* The bodies of the group and the rows that push them. */
 typedef struct newton {
@@ -492,7 +491,7 @@ bool thrum_pairs_newton(thrum_pairs_run *run, double tolerance) {
 
   // the columns of a body are a multiple of four, so that the rows of the matrix are m long
   const thrum_newton_system system = {of.m, of.z, of.gradient, of.step, of.factor};
-  if (!thrum_newton_minimise(&system, &laws, &of, ITERATIONS_MAX, tolerance, &settled))
+  if (!thrum_newton_minimise(&system, &laws, &of, tolerance, &settled))
     return false;
   return give_back(&of) && settled;
 }

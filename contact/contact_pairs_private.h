@@ -19,6 +19,10 @@
 #include "contact/contact_skin.h"
 #include "thrum/contact_pairs.h"
 
+#define THRUM_NEAR 2.0             /* thicknesses within which two places are near each other */
+#define THRUM_PAIRS_THICKNESS 4e-3 /* of the smaller body's diagonal (docs/tuning.md) */
+#define THRUM_SURE 0.99            /* of a bound: the rest is for rounding */
+
 /* Kind of a touch: what touches what. The first side is a vertex of the first or of the second
  * body, or an edge of the first. A body that touches itself is both, by the first and the last
  * kind. */

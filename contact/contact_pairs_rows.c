@@ -24,8 +24,6 @@
 #include "contact/contact_point.h"
 
 #define DEEPEST 0.5 /* of the thickness: springs push up to here whatever restitution says */
-#define MODULI 40.0 /* over the thickness where a touch gives back less than it takes, else 1 */
-#define HALFWAY 2.0 /* thicknesses within which two places meet halfway between them */
 
 /* How many of the four points are on the first side. */
 static int first_side(const thrum_pair_candidate *c) {
@@ -144,7 +142,7 @@ static void arm_of(const thrum_pairs_run *run, const thrum_pair_row *row, int si
   double apart[3];
   thrum_subtract3(row->starts[1 - side], row->starts[side], apart);
   thrum_subtract3(row->starts[side], body->centre, arm);
-  if (!thrum_pairs_is_own(row) && sqrt(thrum_dot3(apart, apart)) > HALFWAY * row->thickness)
+  if (!thrum_pairs_is_own(row) && sqrt(thrum_dot3(apart, apart)) > THRUM_NEAR * row->thickness)
     return;
   for (int axis = 0; axis < 3; axis++)
     arm[axis] += 0.5 * apart[axis];
@@ -257,7 +255,8 @@ static bool fill_row(thrum_pairs_run *run, const thrum_pair_candidate *c, thrum_
   row->row.friction = solid ? solid->friction : run->pairs->friction;
   row->row.restitution = solid ? solid->restitution : run->pairs->restitution;
   const double area = c->key.kind == THRUM_PAIR_EDGES ? fmin(first, second) : first;
-  const double harder = row->row.restitution < 1.0 ? MODULI : 1.0;
+  const double harder =
+      row->row.restitution < 1.0 ? 10.0 * THRUM_HARDER * THRUM_PAIRS_THICKNESS : 1.0;
   row->row.stiffness = harder * area * fmin(skins[0]->young, skins[1]->young) / row->thickness;
   const double settling =
       fmax(run->view.runs[row->members[0]].settling, run->view.runs[row->members[1]].settling);

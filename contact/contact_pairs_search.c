@@ -30,24 +30,15 @@
 #include "contact/contact_point.h"
 #include "core/base/vec3.h"
 
-#define NEAR 2.0       /* thicknesses within which two places meet as they are now */
-#define MARGIN 0.5     /* thicknesses by which a row may miss and is still made */
+#define MARGIN 0.5     /* thicknesses by which a row may miss, and a list reaches further */
 #define STANDS_OUT 0.1 /* sine of the angle to its faces from which an edge counts */
-#define BEHIND 2.0     /* thicknesses up to which a vertex may lie behind a face that it touches */
 #define OWN_BEHIND 1.0 /* the same in one body, where it may be the far side of a thin wall */
 #define SHARP 0.3      /* the same of an edge that was pressed in */
-#define LEFT_FLAT                                                                                  \
-  0.25               /* of the angle of flat faces: bent by less, those flat at rest are so still */
-#define ASKEW 0.05   /* sine of the angle between two edges from which they count */
-#define LEFT_OUT 2.0 /* thicknesses: what is nearer at rest does not touch in its own body */
-#define LEAF_KNOWN 2 /* of a node whose sphere and box are known; 1: its sphere */
-#define SLACK 0.5    /* thicknesses by which the reach of a list is wider */
-#define SLOW 0.5     /* of the slack: bodies that move further in a step have no list */
-#define WIDER 1.01   /* of the bound of a way: what is left is for rounding */
-#define SURE 0.999   /* of the reach: boxes of places within it overlap whatever is rounded */
-#define RING_MAX 32  /* triangles near a vertex, of which more are all tried */
-#define STACK 128    /* pairs of nodes that wait: twice the depth of two trees is enough */
-#define ON_FACE 1e-3 /* thicknesses within which a vertex lies on a triangle, whose face counts */
+#define ASKEW 0.05     /* sine of the angle between two edges from which they count */
+#define LEAF_KNOWN 2   /* of a node whose sphere and box are known; 1: its sphere */
+#define SLOW 0.5       /* of the slack: bodies that move further in a step have no list */
+#define RING_MAX 32    /* triangles near a vertex, of which more are all tried */
+#define STACK 128      /* pairs of nodes that wait: twice the depth of two trees is enough */
 
 /* What a search knows of a triangle: nothing, its corners, and its box as well. */
 enum { CORNERS_KNOWN = 1, BOX_KNOWN = 2 };
@@ -366,10 +357,10 @@ static bool face_normal(const search *s, const thrum_quad *quad, double time,
   const double outside = thrum_dot3(face, nearest->apart);
 
   // over the triangle itself the face counts, which also holds for a vertex that was pressed in
-  if (nearest->inside || nearest->distance < ON_FACE * s->thickness) {
+  if (nearest->inside || nearest->distance < THRUM_MET * s->thickness) {
     memcpy(normal, face, 3 * sizeof *face);
     *apart = outside;
-    const double behind = s->run->own ? OWN_BEHIND : BEHIND;
+    const double behind = s->run->own ? OWN_BEHIND : THRUM_NEAR;
     return outside > (time > 0.0 ? 0.0 : -behind * s->thickness);
   }
 
@@ -457,7 +448,7 @@ static bool is_left_out(const search *s, thrum_quad_kind kind,
     rest.x[n] = s->views[0].rest + 3 * (int64_t)candidate->vertices[n];
     rest.d[n] = still;
   }
-  return thrum_quad_nearest(kind, &rest, 0.0).distance <= LEFT_OUT * s->thickness;
+  return thrum_quad_nearest(kind, &rest, 0.0).distance <= THRUM_NEAR * s->thickness;
 }
 
 /* Two places of a vertex and a triangle or of two edges, which are so near at the start of the
@@ -477,7 +468,7 @@ static void try_quad(search *s, thrum_quad_kind kind, const thrum_quad *quad, th
     return;
 
   // what is near already meets as it is now, unless it moves far within the step
-  if (here > s->thickness && (here > NEAR * s->thickness || motion > here)) {
+  if (here > s->thickness && (here > THRUM_NEAR * s->thickness || motion > here)) {
     time = thrum_quad_meets(kind, quad, s->thickness);
     if (time > 1.0)
       return;
@@ -778,7 +769,7 @@ static thrum_pair_list *make_list(search *s) {
     s->full = s->list == NULL;
 
     // a descent within the wider reach fills the list in place of trying what it finds
-    s->reach = (1.0 + MARGIN + SLACK) * s->thickness;
+    s->reach = (1.0 + 2.0 * MARGIN) * s->thickness;
     if (!s->full)
       descend(s);
     thrum_pair_list *made = s->list;
@@ -855,13 +846,13 @@ static void try_neighbour(search *s, const ring *r, const neighbour *of) {
   const double *at = thrum_pairs_place(s->run, s->members[r->side], r->vertex);
   const double *const *x = corners_of(s, 1 - r->side, of->triangle)->places;
   const double *const quad[4] = {at, x[0], x[1], x[2]};
-  const double furthest = s->reach + WIDER * s->way;
+  const double furthest = s->reach + s->way / THRUM_SURE;
   const thrum_nearest nearest = thrum_vertex_nearest(quad, of->weights, of->inside);
   if (thrum_dot3(nearest.apart, nearest.apart) > furthest * furthest)
     return;
 
   // boxes of places within the reach overlap, and those of others may
-  if (nearest.distance >= SURE * s->reach) {
+  if (nearest.distance >= THRUM_SURE * s->reach) {
     const thrum_pair_box box = box_of(&at, 1);
     if (!overlap(&box, &triangle_of(s, 1 - r->side, of->triangle)->box, s->reach))
       return;
@@ -956,7 +947,7 @@ static void try_list(search *s, const thrum_pair_list *list) {
 static void search_two(search *s) {
   const thrum_contact_run *a = s->run->view.runs + s->members[0];
   const thrum_contact_run *b = s->run->view.runs + s->members[1];
-  const double slack = SLACK * s->thickness;
+  const double slack = MARGIN * s->thickness;
   const double way =
       thrum_pairs_way_bound(s->run, s->members[0]) + thrum_pairs_way_bound(s->run, s->members[1]);
   s->wide = way <= SLOW * slack;
@@ -1057,7 +1048,7 @@ static bool stays_flat(const thrum_pairs_run *run, int64_t member) {
     bent += view.bends[i] * q;
     tilted += view.tilts[i] * q;
   }
-  return bent + tilted * tilted < LEFT_FLAT * THRUM_SKIN_FLAT;
+  return bent + tilted * tilted < THRUM_SKIN_FLATTER * THRUM_SKIN_FLAT;
 }
 
 /* Two members to search, which may be one. */

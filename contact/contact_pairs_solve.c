@@ -26,14 +26,12 @@
 #include "contact/contact_point.h"
 #include "contact/contact_solve.h"
 
-#define HARDER 6    /* times as many sweeps where a step is made again, or surfaces are deep */
-#define DEEP 0.3    /* thicknesses from which they are */
-#define EARLY 4     /* sweeps after which those of two bodies may be too slow */
-#define LATEST 12   /* sweeps after which they are, where they are near their tolerance */
-#define ROUND 3     /* sweeps after they were solved at once */
-#define MANY 24     /* rows with a force from which they are */
-#define EXACT 10.0  /* times the tolerance of a sweep that they are solved to */
-#define ALL_EVERY 3 /* sweeps over the rows that bear between two over all of them */
+#define HARDER 6   /* times as many sweeps where a step is made again */
+#define EARLY 4    /* sweeps after which those of two bodies may be too slow */
+#define LATEST 12  /* sweeps after which they are, where they are near their tolerance */
+#define ROUND 3    /* sweeps after they were solved at once, and between two over all rows */
+#define MANY 24    /* rows from which they are */
+#define EXACT 10.0 /* times the tolerance of a sweep that they are solved to */
 
 /* Displacement of the first point of a row against its second. */
 static void moved_of(const thrum_pairs_run *run, const thrum_pair_row *row, double out[3]) {
@@ -176,25 +174,18 @@ static double sweep(thrum_pairs_run *run, bool all, bool *begins) {
   return fmax(change, thrum_links_solve(run));
 }
 
-/* Do so many rows of the group have a force that all are solved at once, and does nothing else push
- * or pull its members? */
+/* Do many rows push the members of the group, and nothing else, so that all can be solved at once?
+ */
 static bool are_many(const thrum_pairs_run *run) {
   bool alone = run->link_count == 0 && run->view.newton_rows != NULL;
-  int64_t bearing = 0, rows = run->row_count;
-  for (int64_t n = 0; n < run->row_count; n++)
-    bearing += thrum_pairs_pushes(run->view.rows + n);
-
-  // their own obstacles and pulls
+  int64_t rows = run->row_count;
   for (int64_t n = 0; n < run->count && alone; n++) {
-    const thrum_contact_run *body = run->view.runs + n;
     if (!thrum_pairs_steps(run, n))
       continue;
-    alone = body->contact->pull_count == 0;
-    rows += body->contact->row_count;
-    for (int64_t k = 0; k < body->contact->row_count; k++)
-      bearing += body->view.rows[k].touch.force != 0.0;
+    alone = run->view.runs[n].contact->pull_count == 0;
+    rows += run->view.runs[n].contact->row_count;
   }
-  return alone && rows <= THRUM_NEWTON_ROWS && bearing >= MANY;
+  return alone && rows >= MANY && rows <= THRUM_NEWTON_ROWS;
 }
 
 /* Where the force of a row acts: halfway between its points, halfway through the step. */
@@ -245,14 +236,6 @@ static void gather(thrum_pairs_run *run) {
   thrum_links_gather(run);
 }
 
-/* Do forces have to be more exact: has an attempt failed, or are surfaces pressed deep? */
-static bool is_hard(const thrum_pairs_run *run) {
-  bool hard = run->again;
-  for (int64_t n = 0; n < run->row_count && !hard; n++)
-    hard = run->view.rows[n].row.gap < -DEEP * run->view.rows[n].thickness;
-  return hard;
-}
-
 /* Would twelve sweeps more, each of which leaves as much as one of the last two, still miss the
  * tolerance? change and before: by how much places moved in the last sweep, and two sweeps before.
  * A solve of all rows at once costs as much. */
@@ -264,7 +247,7 @@ static bool is_slow(double change, double before, double tolerance) {
 void thrum_pairs_solve(thrum_pairs_run *run) {
   const thrum_contact_pairs *pairs = run->pairs;
   const double largest = begin_sweeps(run), tolerance = pairs->tolerance * largest;
-  const int64_t most = is_hard(run) ? HARDER * pairs->sweeps_max : pairs->sweeps_max;
+  const int64_t most = run->again ? HARDER * pairs->sweeps_max : pairs->sweeps_max;
   bool all = true, many = !run->closing, slow = false;
   double last[2] = {0.0, 0.0};
   int64_t end = most;
@@ -290,7 +273,7 @@ void thrum_pairs_solve(thrum_pairs_run *run) {
     // sweeps over all, as what is solved without a row that has to bear is no step towards the end
     since = all ? 0 : since + 1;
     all = run->row_count == 0 || run->closing || begins || settled || slow || end < most ||
-          since == ALL_EVERY || n + 2 == most;
+          since == ROUND || n + 2 == most;
   }
   gather(run);
 }

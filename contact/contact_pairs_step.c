@@ -31,18 +31,16 @@
 #include "contact/contact_step.h"
 #include "core/state/state_layout.h"
 
-#define SEARCHES_MAX 4
-#define TURNS_MAX 4
-#define TURNED 0.1      /* thicknesses by which rotations may differ from those of the levers */
-#define SPUN 3.0        /* radians by which forces turn a body in a step at most: half a turn */
-#define CLOSED 1e-14    /* of the bodies' size: links that a step leaves so far open are closed */
-#define LINKED 1e-10    /* tolerance of the steps of bodies that are linked, at most */
+#define REPEATS_MAX 4 /* searches, solves for rotations, and solves for what waits, of a step */
+#define SPUN 3.0      /* radians by which forces turn a body in a step at most: half a turn */
+#define CLOSED 1e-14  /* of the bodies' size: links that a step leaves so far open are closed */
+#define LINKED                                                                                     \
+  1e-10 /* tolerance of the steps of linked bodies, at most; open so far, they go on               \
+         */
 #define CLOSINGS_MAX 12 /* steps to close the links of one */
-#define NARROW 1e-10    /* the same, up to which corrections go on whatever the last one did */
 #define CLOSING 0.5     /* share that a correction leaves at most; else the steps are not exact */
-#define WAKES_MAX 3     /* solves after which all candidates that wait have rows */
-#define MISSED 0.25 /* thicknesses by which a solve may move a body further before a new search */
-#define REACH 1.01  /* of two radii within which bodies meet: what is left is for the thickness */
+#define MISSED 0.1 /* thicknesses by which bodies may go otherwise than rows and levers have it */
+#define REACH 1.01 /* of two radii within which bodies meet: what is left is for the thickness */
 
 /* The first attempt, shifted ones, one without release, one without contact. */
 enum { ATTEMPT_FIRST = 0, ATTEMPT_RELEASED = 4, ATTEMPT_WITHOUT = 5 };
@@ -289,6 +287,30 @@ static void prepare_all(thrum_pairs_run *run, thrum_status *first, thrum_error *
 
 /* --- the step --------------------------------------------------------------------------------- */
 
+/* The thickness that a member keeps from others like it [m]. */
+static double thickness_of(const thrum_pairs_run *run, int64_t member) {
+  const thrum_skin *skin = run->members[member].skin;
+  return run->pairs->thickness > 0.0 ? run->pairs->thickness
+                                     : thrum_pairs_thickness(run->pairs, skin, skin);
+}
+
+/* Searches of a member that moves go by its way without contact: what it has left does not hold it
+ * any more. */
+static void seek_what_moves(const thrum_pairs_run *run, int64_t member) {
+  thrum_contact_run *body = run->view.runs + member;
+  const thrum_skin *skin = run->members[member].skin;
+  const thrum_translation *way = body->environment->translation;
+  if (skin == NULL)
+    return;
+  const thrum_skin_view view = thrum_skin_view_of(skin);
+  double speed = way ? sqrt(thrum_dot3(way->velocity, way->velocity)) : 0.0;
+  speed += sqrt(thrum_dot3(body->spin, body->spin)) * skin->diagonal;
+  for (int64_t i = 0; i < skin->rank; i++)
+    speed += view.extents[i] * fabs(body->view.p[i]);
+  if (!(body->dt * speed <= MISSED * thickness_of(run, member)))
+    thrum_contact_seek(body);
+}
+
 /* True where a solve has moved a body so much further than the search had it that it may meet what
  * was not found. */
 static bool has_missed(const thrum_pairs_run *run) {
@@ -307,10 +329,7 @@ static bool has_missed(const thrum_pairs_run *run) {
     thrum_subtract3(body->turned, body->sought_turn, turn);
     off += sqrt(thrum_dot3(way, way)) + sqrt(thrum_dot3(turn, turn)) * skin->diagonal;
 
-    const double thickness = run->pairs->thickness > 0.0
-                                 ? run->pairs->thickness
-                                 : thrum_pairs_thickness(run->pairs, skin, skin);
-    if (off > MISSED * thickness)
+    if (off > MISSED * thickness_of(run, n))
       return true;
   }
   return false;
@@ -339,14 +358,14 @@ static void solve_rows(thrum_pairs_run *run) {
     memcpy(run->view.turns[n],
            run->solved ? run->view.runs[n].turned : run->view.runs[n].unloaded_turn,
            sizeof run->view.turns[n]);
-  for (int n = 0; n < TURNS_MAX; n++) {
+  for (int n = 0; n < REPEATS_MAX; n++) {
     thrum_pairs_solve(run);
     run->solved = true;
-    if (run->row_count == 0 || turned_since(run, run->view.turns) < TURNED)
+    if (run->row_count == 0 || turned_since(run, run->view.turns) < MISSED)
       break;
 
     // what is booked is the work of the levers that were solved with, so the last ones stay
-    if (n + 1 < TURNS_MAX)
+    if (n + 1 < REPEATS_MAX)
       thrum_pairs_refresh(run);
   }
 }
@@ -363,7 +382,7 @@ static bool wake(thrum_pairs_run *run, bool all) {
 /* The same, until nothing closes that has no row: at last all have one. */
 static void solve(thrum_pairs_run *run) {
   solve_rows(run);
-  for (int n = 1; !run->closing && wake(run, n == WAKES_MAX); n++)
+  for (int n = 1; !run->closing && wake(run, n == REPEATS_MAX); n++)
     solve_rows(run);
 }
 
@@ -372,6 +391,9 @@ static void find(thrum_pairs_run *run) {
   run->row_count = 0;
   run->moved = run->solved = false;
   memset(run->view.taken, 0, (size_t)run->history->before_count * sizeof *run->view.taken);
+  for (int64_t n = 0; n < run->count; n++)
+    if (thrum_pairs_steps(run, n))
+      seek_what_moves(run, n);
   thrum_pairs_search(run);
   thrum_pairs_add_rows(run);
 }
@@ -422,7 +444,7 @@ static void fail_linked(thrum_pairs_run *run, thrum_status *first, thrum_error *
 /* Finds what touches and solves, until no solve leads to new touches. */
 static void find_and_solve(thrum_pairs_run *run) {
   solve(run);
-  for (int n = 1; n < SEARCHES_MAX && run->row_count > 0 && has_missed(run); n++) {
+  for (int n = 1; n < REPEATS_MAX && has_missed(run); n++) {
     run->moved = true;
     for (int64_t m = 0; m < run->count; m++)
       if (thrum_pairs_steps(run, m))
@@ -478,7 +500,7 @@ static bool step_closed(thrum_pairs_run *run, thrum_status *first, thrum_error *
     if (run->link_count == 0)
       return true;
     const double open = thrum_links_look(run);
-    if (open <= CLOSED || n == CLOSINGS_MAX || (open <= NARROW && !(open < CLOSING * before)))
+    if (open <= CLOSED || n == CLOSINGS_MAX || (open <= LINKED && !(open < CLOSING * before)))
       return true;
 
     // back to the start

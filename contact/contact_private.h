@@ -23,6 +23,9 @@
 #include "core/base/vec3.h"
 #include "thrum/contact.h"
 
+#define THRUM_TOLERANCE_MOST 1e-2          /* that a definition may ask for */
+#define THRUM_COUNT_MAX (INT64_C(1) << 62) /* of a snapshot: counting on cannot overflow */
+
 struct thrum_contact {
   uint64_t magic;
   uint64_t bytes;       /* size of the whole block */

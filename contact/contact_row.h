@@ -11,6 +11,7 @@
 
 #define THRUM_SOON 1.1    /* steps: what strikes so soon is struck with what strikes in this one */
 #define THRUM_RESTING 2.0 /* times what the load adds as a body lies down: less is no impact */
+#define THRUM_ROUNDING 1e-10 /* share of the energy flow of contact that rounding may add */
 #define THRUM_HARDER                                                                               \
   1e3 /* times the stiffness of a surface, where a touch gives back less than it takes */
 

@@ -22,7 +22,6 @@
 #include "core/base/vec3.h"
 
 #define SKIN_MAGIC UINT64_C(0x7468726d736b3031)
-#define FLAT_AT_REST 0.25 /* of the angle of flat faces: up to it an edge lies in one at rest */
 
 /* Nodes of a tree over so many triangles, which are halved. */
 static int64_t nodes_of(int64_t triangles) {
@@ -326,7 +325,8 @@ static bool is_in_flat_face(const thrum_skin_view *view, const thrum_skin_edge *
   for (int n = 0; n < 4; n++)
     x[n] = view->rest + 3 * (int64_t)vertices[n];
   double across[2][3];
-  const bool flat = thrum_faces_are_flat(x[0], x[1], x + 2, FLAT_AT_REST * THRUM_SKIN_FLAT, across);
+  const bool flat =
+      thrum_faces_are_flat(x[0], x[1], x + 2, THRUM_SKIN_FLATTER * THRUM_SKIN_FLAT, across);
 
   const double length = sqrt(thrum_dot3(across[0], across[0]));
   for (int axis = 0; axis < 3; axis++)
@@ -445,7 +445,6 @@ thrum_status thrum_skin_init(void *memory, size_t memory_size, const thrum_model
 
 /* How far the vertices of a solid may be from its origin [m]: distances to fourth powers are
  * finite. */
-#define REACH_MAX 1e30
 
 /* The surface of a solid as a model without coordinates, stiffer than all bodies. */
 static thrum_status solid_model(const double *vertices, int64_t vertex_count, thrum_model *model,
@@ -453,7 +452,7 @@ static thrum_status solid_model(const double *vertices, int64_t vertex_count, th
   if (!vertices || vertex_count < 3 || vertex_count > INT32_MAX)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "a solid needs 3 to 2^31 vertices");
   for (int64_t n = 0; n < 3 * vertex_count; n++)
-    if (!(fabs(vertices[n]) <= REACH_MAX))
+    if (!(fabs(vertices[n]) <= THRUM_PLACE_MAX))
       return thrum_error_set(error, THRUM_BAD_VALUE,
                              "vertex %lld of a solid is not within 1e30 m of its origin",
                              (long long)n / 3);

@@ -36,7 +36,8 @@ typedef struct thrum_skin_triangle {
   int32_t tried;
 } thrum_skin_triangle;
 
-#define THRUM_SKIN_FLAT 0.01 /* largest angle of two faces that count as one flat face [rad] */
+#define THRUM_SKIN_FLAT 0.01    /* largest angle of two faces that count as one flat face [rad] */
+#define THRUM_SKIN_FLATTER 0.25 /* of that angle: flat at rest, or so little bent since */
 
 /* The first of the bits of edges, and of those of edges that are in a flat face at rest. */
 enum { THRUM_SKIN_EDGE = 8, THRUM_SKIN_IN_FACE = 64 };

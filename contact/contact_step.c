@@ -24,8 +24,7 @@
 #include "runtime/guard/guards.h"
 #include "thrum/floating_frame.h"
 
-#define FOLLOWED 4.0   /* h omega up to which steps follow a coordinate */
-#define ROUNDING 1e-10 /* share of the energy flow of contact that rounding may add */
+#define FOLLOWED 4.0 /* h omega up to which steps follow a coordinate */
 
 /* Fills the rotation of a run: how the body would rotate without contact, and its response. */
 static void fill_rigid_frame(thrum_contact_run *run) {
@@ -131,7 +130,8 @@ void thrum_contact_seek(thrum_contact_run *run) {
 
 /* A search goes by the forces of the last step as well, where they hold the body back: what lies
  * still would go far without them. By forces f the way becomes x + W f, which is shorter in the
- * metric of W^-1 where f (2 x + W f) < 0. Where it goes otherwise, it is searched again. */
+ * metric of W^-1 where f (2 x + W f) < 0. What moves fast is not sought so between bodies, and
+ * what goes otherwise is searched again (contact_pairs_step.c). */
 static void foresee(thrum_contact_run *run) {
   const thrum_contact *contact = run->contact;
   const double *f = run->view.pressing, *w = run->view.weights;
@@ -298,7 +298,7 @@ bool thrum_contact_allowed(thrum_contact_run *run) {
   for (int64_t n = 0; n < contact->row_count && contact->fresh; n++)
     granted += run->view.rows[n].touch.stored;
   const double left = contact->stored + contact->lost + granted - work;
-  return left >= -ROUNDING * (contact->flow + thrum_contact_flow(run));
+  return left >= -THRUM_ROUNDING * (contact->flow + thrum_contact_flow(run));
 }
 
 void thrum_contact_return(thrum_contact_run *run) {

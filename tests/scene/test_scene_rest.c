@@ -41,7 +41,7 @@ static int setup(void **context) {
 }
 
 /* What a ball is laid on. */
-typedef enum ground { PLANE, SOLID } ground;
+typedef enum ground { PLANE, SOLID, SLAB } ground;
 
 /* How it lies in the end. */
 typedef struct rest {
@@ -64,7 +64,7 @@ static void add_ground(thrum_scene *scene, ground on) {
   MUST(thrum_scene_set_collisions(scene, &pairs, &failure));
   if (on == PLANE)
     MUST(thrum_scene_add_obstacle(scene, &plane, NULL, &failure));
-  else
+  else if (on == SOLID)
     MUST(thrum_scene_add_solid(scene, &solid, NULL, &failure));
 }
 
@@ -74,8 +74,9 @@ static double factor_of(const touching_body *f, double softness) {
   return material[2] * GRAVITY * 2 * RADIUS / (softness * material[0]);
 }
 
-/* Lays a ball 1 mm above the ground, and looks at it after 4 s. */
-static rest lie(const touching_body *f, ground on, double softness, double dt) {
+/* Lays a ball 1 mm above the ground, and looks at it after 4 s. slab: that it is. */
+static rest lie(const touching_body *f, ground on, const thrum_scene_body_def *slab,
+                double softness, double dt) {
   thrum_scene *scene = NULL;
   const double gravity[3] = {0, 0, -GRAVITY};
   MUST(thrum_scene_create(dt, &scene, &failure));
@@ -95,6 +96,8 @@ static rest lie(const touching_body *f, ground on, double softness, double dt) {
   def.state.damping_alpha = 60;
   MUST(thrum_scene_add_body(scene, &def, NULL, &failure));
   MUST(thrum_scene_add_probe(scene, NULL, 0, NULL, 0, &failure));
+  if (on == SLAB)
+    MUST(thrum_scene_add_body(scene, slab, NULL, &failure));
 
   // most of the time it lies down
   rest r = {0};
@@ -111,7 +114,7 @@ static rest lie(const touching_body *f, ground on, double softness, double dt) {
     r.force += (info.contact.normal + between.normal) / (last * info.mass * GRAVITY);
     r.speed = fmax(r.speed, sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]));
     r.depth = fmax(info.contact.depth, between.depth);
-    r.distance = on == SOLID ? between.distance + between.depth : 0;
+    r.distance = on != PLANE ? between.distance + between.depth : 0;
     r.impacts = info.contact.impacts + between.impacts;
   }
   r.middle = x[2] - r.distance;
@@ -180,10 +183,11 @@ static double height_in_equilibrium(const touching_body *f, double softness) {
 static void a_soft_ball_rests_at_the_same_height_at_any_step(void **context) {
   static const double steps[] = {0.001, 0.002, 0.004};
   const touching_body *f = *context;
-  const double hard = lie(f, PLANE, 1e-4, 0.002).middle, soft = lie(f, PLANE, 0.07, 0.0005).middle;
+  const double hard = lie(f, PLANE, NULL, 1e-4, 0.002).middle,
+               soft = lie(f, PLANE, NULL, 0.07, 0.0005).middle;
   for (int on = PLANE; on <= SOLID; on++)
     for (int n = 0; n < LENGTH_OF_RUN(3, 1); n++) {
-      const rest r = lie(f, (ground)on, 0.07, steps[n]);
+      const rest r = lie(f, (ground)on, NULL, 0.07, steps[n]);
       print_message("%s, h = %g: sags by %.6f m, bears %.7f of the weight, %.1e m/s, %.1e m deep\n",
                     on == PLANE ? "plane" : "solid", steps[n], hard - r.middle, r.force, r.speed,
                     r.depth);
@@ -202,7 +206,7 @@ static void a_ball_rests_in_its_equilibrium(void **context) {
   const touching_body *f = *context;
   const double hard = height_in_equilibrium(f, 1e-4), soft = height_in_equilibrium(f, 0.01);
   for (int on = PLANE; on <= SOLID; on++) {
-    const double found = hard - lie(f, (ground)on, 0.01, 0.002).middle;
+    const double found = hard - lie(f, (ground)on, NULL, 0.01, 0.002).middle;
     print_message("%s: sags by %.6f m, in equilibrium by %.6f m\n", on == PLANE ? "plane" : "solid",
                   found, hard - soft);
     assert_close(found, hard - soft, 0.03);
@@ -343,6 +347,30 @@ static thrum_scene_body_def def_of(const shape *s, double young) {
 
 /* What a cube lies on; the slab deforms. */
 enum { ON_PLANE, ON_SOLID, ON_SLAB, GROUNDS };
+
+/* On a slab that gives way as much as the ball does, it lies as deep at any step too. */
+static void a_soft_ball_sinks_into_a_soft_slab_by_the_same_at_any_step(void **context) {
+  const touching_body *f = *context;
+  static const double steps[] = {0.0005, 0.001, 0.002, 0.004};
+  shape under = shape_make("beam:4x4x2@1.6x1.6x0.4,split=6", "z<-0.199");
+  thrum_scene_body_def def = def_of(&under, f->made.model.material[0] * factor_of(f, 0.07));
+  def.position[0] = -0.8;
+  def.position[2] = -0.2;
+  def.state.damping_alpha = 60;
+
+  // what both give together
+  double sags[4];
+  for (int n = 0; n < LENGTH_OF_RUN(4, 2); n++) {
+    const rest r = lie(f, SLAB, &def, 0.07, steps[n]);
+    sags[n] = RADIUS - r.middle;
+    print_message("slab, h = %g: sags by %.6f m, bears %.7f of the weight, %.1e m/s\n", steps[n],
+                  sags[n], r.force, r.speed);
+    assert_close(sags[n], sags[0], 3e-3);
+    assert_true(fabs(r.force - 1) < 5e-3); // normals lean, and friction bears the rest
+    assert_true(r.speed < 1e-4);
+  }
+  shape_free(&under);
+}
 
 /* Adds ground with its face at z = 0; the slab is of 0.1 GPa. */
 static void add_face(thrum_scene *scene, const shape *slab, int on, double damping) {
@@ -537,6 +565,7 @@ int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_soft_ball_rests_at_the_same_height_at_any_step),
       cmocka_unit_test(a_ball_rests_in_its_equilibrium),
+      cmocka_unit_test(a_soft_ball_sinks_into_a_soft_slab_by_the_same_at_any_step),
       cmocka_unit_test(forces_of_contact_are_the_change_of_momentum),
       cmocka_unit_test(a_force_of_nothing_in_the_scene_is_refused),
       cmocka_unit_test(a_cube_slides_above_the_angle_of_friction_alone),
