@@ -186,7 +186,7 @@
       "distance that contact keeps between surfaces; larger: bodies rest further apart")           \
   THRUM_TOUCH_FIELDS(ROW)                                                                          \
   ROW(CODE, WHOLE, sweeps_max, NULL, 60, ITSELF, ABOVE_0,                                          \
-      "sweeps of the solver over the rows of a group, six times as many where it is again; " \
+      "sweeps of the solver over the rows of a group, six times as many in a second try; "         \
       "larger: "                                                                                   \
       "more exact forces in stacks, and slower")                                                   \
   ROW(CODE, NUMBER, tolerance, NULL, 1e-4, ITSELF, SMALL,                                          \
