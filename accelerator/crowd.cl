@@ -16,9 +16,16 @@
 #ifdef WITH_DOUBLE
 #pragma OPENCL EXTENSION cl_khr_fp64 : enable
 typedef double real;
+#define TINY 1e-290
 #else
 typedef float real;
+#define TINY 1e-36f
 #endif
+
+/* Squares of shares of q: what the products of single precision cannot tell apart, and an increment
+ * along which the rounding of two forces is more than how their difference bends. */
+#define ROUNDING 1e-14f
+#define SHORT 1e-8f
 
 #define JOIN(a, b) a##b
 #define VECTOR(type, width) JOIN(type, width)
@@ -315,8 +322,8 @@ void solve(global const float *j, floats *x, int c) {
  * l the time step of each mode, D its damping over the increment. With `mean` M is the trapezoidal
  * discrete gradient 1/2 [R(q) + R(q')] + sigma d, sigma = -d' [T(q') - T(q)] d / (12 |d|^2), and s
  * the derivative of sigma by d; else M is R in the middle. The last correction over the increment
- * goes into `worst`. */
-kernel void iterate(global const real *p, global const real *load, global const real *length,
+ * goes into `worst`, or 0 for one that is rounding beside q, as of a body that has come to rest. */
+kernel void iterate(global const real *q, global const real *p, global const real *load, global const real *length,
                     global const real *drag, global const real *omega2, global const real *before,
                     global const real *f, global const real *along_before,
                     global const real *along, global const float *y3, global const float *y4,
@@ -326,14 +333,16 @@ kernel void iterate(global const real *p, global const real *load, global const 
 
   // sigma, and how it changes with d; a body that does not move has none, and without `mean` the
   // arrays of the start hold anything
-  reals square = 0, turned = 0;
+  reals square = 0, size = 0, turned = 0;
   for (int i = 0; i < RANK; i++) {
-    const reals d_i = LOAD(d + i * PART + c);
+    const reals d_i = LOAD(d + i * PART + c), end = LOAD(q + i * count + n) + d_i;
     square += d_i * d_i;
+    size += end * end;
     turned += d_i * (LOAD(along + i * PART + c) - LOAD(along_before + i * PART + c));
   }
-  const reals inverse = mean ? ZERO_WHERE(square == 0, 1 / square) : (reals)0;
+  const reals inverse = mean ? ZERO_WHERE(square <= TINY, 1 / square) : (reals)0;
   const reals sigma = mean ? -turned * inverse / 12 : (reals)0;
+  const reals bent = ZERO_WHERE(square <= SHORT * size, inverse);
   floats step[RANK], across[RANK], slope[RANK];
   for (int i = 0; i < RANK; i++) {
     const int at_i = i * PART + c;
@@ -351,7 +360,7 @@ kernel void iterate(global const real *p, global const real *load, global const 
     // the linear parts of both forces and of T d cancel here
     across[i] = TO_FLOATS(d_i);
     const reals rest = (f_i - before_i) - omega2[i] * d_i - LOAD(along + at_i);
-    slope[i] = TO_FLOATS((rest / 2 - 2 * sigma * d_i) * inverse);
+    slope[i] = TO_FLOATS((rest / 2 - 2 * sigma * d_i) * bent);
   }
   factor(j, c);
   solve(j, step, c);
@@ -374,7 +383,7 @@ kernel void iterate(global const real *p, global const real *load, global const 
     all += next * next;
     STORE(next, d + i * PART + c);
   }
-  STORE(TO_FLOATS(ZERO_WHERE(all == 0, sqrt(moved / all))), worst + c);
+  STORE(TO_FLOATS(ZERO_WHERE(moved <= ROUNDING * size + TINY, sqrt(moved / all))), worst + c);
 }
 
 /* The end of an implicit step, one work-item a body; a body whose last correction is too large
@@ -424,19 +433,23 @@ kernel void kick(global real *q, global real *p, global const real *f, global co
   }
 }
 
-/* Its p half a step before q, from that of the time of q; and back, into `timed`. */
+/* Its p half a step before q, from that of the time of q; and back, into `timed`. A force beyond the
+ * range of numbers, at which the body stops, changes neither. */
 kernel void shift_back(global real *p, global const real *f, global const real *load_before,
                        global const real *drag, real h, long at, long count) {
   const int c = get_global_id(0), i = get_global_id(1);
   const long k = i * count + at + c;
-  p[k] += h / 2 * (f[i * PART + c] + drag[i] * h * p[k] - load_before[k]);
+  if (isfinite(f[i * PART + c]))
+    p[k] += h / 2 * (f[i * PART + c] + drag[i] * h * p[k] - load_before[k]);
 }
 
 kernel void shift_on(global const real *p, global const real *f, global const real *load_before,
                      global const real *drag, real h, global real *timed, long at, long count) {
   const int c = get_global_id(0), i = get_global_id(1);
   const long k = i * count + at + c;
-  timed[k] = (p[k] - h / 2 * (f[i * PART + c] - load_before[k])) / (1 + drag[i] * h * h / 2);
+  timed[k] = isfinite(f[i * PART + c])
+                 ? (p[k] - h / 2 * (f[i * PART + c] - load_before[k])) / (1 + drag[i] * h * h / 2)
+                 : p[k];
 }
 
 /* Kinetic and strain energy. */

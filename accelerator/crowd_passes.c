@@ -139,11 +139,11 @@ static thrum_status begin(const crowd_part *t, thrum_error *error) {
 
 static thrum_status iterate(const crowd_part *t, int32_t mean, thrum_error *error) {
   thrum_crowd *c = t->crowd;
-  const device_argument arguments[] = {A(c->p),      A(c->load),   A(c->length), A(c->drag),
-                                       A(c->omega2), A(c->before), A(c->now),    A(c->along_before),
-                                       A(c->along),  A(c->y3),     A(c->y4),     A(mean),
-                                       A(c->factor), A(c->d),      A(c->worst),  A(t->at),
-                                       A(t->count)};
+  const device_argument arguments[] = {
+      A(c->q),      A(c->p),      A(c->load), A(c->length),       A(c->drag),
+      A(c->omega2), A(c->before), A(c->now),  A(c->along_before), A(c->along),
+      A(c->y3),     A(c->y4),     A(mean),    A(c->factor),       A(c->d),
+      A(c->worst),  A(t->at),     A(t->count)};
   return run(t, c->pass_iterate, arguments, COUNT(arguments), true, false, error);
 }
 

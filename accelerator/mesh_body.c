@@ -418,8 +418,8 @@ static thrum_status read_numbers(thrum_mesh_body *b, double numbers[NUMBERS], th
   return THRUM_OK;
 }
 
-// the correction for the residual r
-static thrum_status solve(thrum_mesh_body *b, thrum_error *error) {
+// the correction for the residual r; *ended: to the tolerance, not by a matrix that is not positive
+static thrum_status solve(thrum_mesh_body *b, bool *ended, thrum_error *error) {
   const int64_t n = 3 * b->vertices;
   double numbers[NUMBERS] = {0};
   THRUM_TRY(
@@ -436,6 +436,7 @@ static thrum_status solve(thrum_mesh_body *b, thrum_error *error) {
   }
   THRUM_TRY(read_numbers(b, numbers, error));
   b->report.solver_iterations += (int64_t)numbers[4];
+  *ended = numbers[7] != 0;
   return THRUM_OK;
 }
 
@@ -444,17 +445,22 @@ static thrum_status solve(thrum_mesh_body *b, thrum_error *error) {
 static thrum_status step(thrum_mesh_body *b, thrum_error *error) {
   // the first increment is that without forces
   const double h = b->def.dt;
-  double corrected = 0, moved = 0;
+  const double rounding = b->accelerator->info.single ? 1e-6 : 1e-12;
+  double corrected = 0, moved = 0, size = 0;
   THRUM_TRY(scale(b, b->v, h, b->d, error));
-  bool solved = false;
+  bool solved = false, ended = false;
   for (int32_t k = 0; k < b->def.iterations && !solved; k++) {
     THRUM_TRY(residual(b, error));
-    THRUM_TRY(solve(b, error));
+    THRUM_TRY(solve(b, &ended, error));
     THRUM_TRY(blend(b, b->d, b->correction, 1, b->d, error));
     THRUM_TRY(product_of(b, b->correction, b->correction, &corrected, error));
     THRUM_TRY(product_of(b, b->d, b->d, &moved, error));
+    THRUM_TRY(product_of(b, b->place, b->place, &size, error));
     b->report.iterations++;
-    solved = corrected <= b->def.tolerance * b->def.tolerance * moved;
+
+    // a body that has come to rest has increments of rounding alone
+    const double most = fmax(b->def.tolerance * sqrt(moved), rounding * sqrt(size));
+    solved = ended && isfinite(most) && sqrt(corrected) <= most;
   }
   if (!solved)
     return thrum_error_set(error, THRUM_NOT_CONVERGED,

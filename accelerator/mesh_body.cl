@@ -8,9 +8,11 @@
 #pragma OPENCL EXTENSION cl_khr_fp64 : enable
 typedef double real;
 typedef double3 real3;
+#define TINY 1e-280 /* product of two residuals below which the body is at rest */
 #else
 typedef float real;
 typedef float3 real3;
+#define TINY 1e-26f
 #endif
 
 /* A 3 x 3 matrix by its rows. */
@@ -247,7 +249,8 @@ kernel void hold(global const real *x, global const uchar *fixed, global real *o
 
 /* --- conjugate gradients ------------------------------------------------------------------------
  *
- * numbers: 0 r z, 1 p A p, 2 r z of the start, 3 not 0: it has ended, 4 iterations, 5 its step */
+ * numbers: 0 r z, 1 p A p, 2 r z of the start, 3 not 0: it has ended, 4 iterations, 5 its step,
+ * 7 not 0: it ended by its tolerance */
 
 kernel void partial_sums(global const real *x, global const real *y, int count, global real *sums) {
   const int i = get_global_id(0);
@@ -274,7 +277,8 @@ kernel void first_direction(global const real *r, global const real *diagonal, g
 
 kernel void first_numbers(global const real *sums, global real *numbers) {
   numbers[0] = numbers[2] = sum_of(sums);
-  numbers[3] = numbers[0] > 0 ? 0 : 1;
+  numbers[7] = numbers[0] <= TINY ? 1 : 0;
+  numbers[3] = numbers[0] > TINY ? 0 : 1;
   numbers[4] = 0;
 }
 
@@ -309,8 +313,8 @@ kernel void next_numbers(global const real *sums, real tolerance, global real *n
   numbers[6] = next / numbers[0];
   numbers[0] = next;
   numbers[4] += 1;
-  if (!(next > tolerance * tolerance * numbers[2]))
-    numbers[3] = 1;
+  numbers[7] = next <= tolerance * tolerance * numbers[2] ? 1 : 0;
+  numbers[3] = next > tolerance * tolerance * numbers[2] ? 0 : 1;
 }
 
 kernel void next_direction(global const real *z, global const real *numbers, global real *p) {

@@ -92,7 +92,7 @@ typedef struct thrum_crowd_def {
   int32_t iterations; /* of Newton in each step, 1 to 32 [1]; default 4 */
   int64_t count;      /* of bodies, >= 1 [1]; default 1 */
   double tolerance;   /* last correction of an increment, over the increment, up to which a step is
-                         taken, > 0 [1]; default 1e-4 */
+                         taken, > 0 [1]; default 1e-4. One below 1e-7 of q is rounding, and taken */
   thrum_state_def state; /* integrator, dt, damping_alpha, damping_beta and frequency_matched of
                             all bodies; the rest is not read */
 } thrum_crowd_def;
@@ -169,7 +169,8 @@ typedef struct thrum_mesh_body_def {
   double dt;                /* time step [s], > 0; default 0.003 */
   double damping;           /* mass-proportional [1/s], >= 0; default 0 */
   double tolerance; /* last correction of the increment, over the increment, with which a step is
-                       solved, >= 0 [1]; default 0: 1e-8, in single precision 1e-4 */
+                       solved, >= 0 [1]; default 0: 1e-8, in single precision 1e-4. One below 1e-12
+                       (1e-6) of the displacement is rounding, and solved as well */
   double solver_tolerance;   /* residual at which conjugate gradients end, relative, in [0, 1) [1];
                                 default 0: 1e-6, in single precision 1e-4 */
   int32_t solver_iterations; /* of conjugate gradients at most, >= 1 [1]; default 2000 */

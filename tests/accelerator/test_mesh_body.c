@@ -267,6 +267,37 @@ static void test_what_is_not_solved_stays(void **unused) {
   thrum_accelerator_destroy(accelerator);
 }
 
+/* A damped body comes to rest under its load, where increments are rounding, and stays solved; a
+ * body whose forces are beyond the range of numbers is not. */
+static void test_rest(void **unused) {
+  (void)unused;
+  for (int32_t single = 0; single < 2; single++) {
+    thrum_accelerator *const accelerator = take_device(single);
+    body b;
+    body_make(&b, false);
+    const int64_t count = 3 * b.mesh.vertex_count;
+    thrum_mesh_body_def def = thrum_default_mesh_body_def();
+    def.scheme = THRUM_MESH_IMPLICIT_EULER;
+    def.dt = 0.1;
+    def.damping = 5;
+    thrum_mesh_body *there = make_there(accelerator, &b, &def);
+    thrum_error error;
+    if (thrum_mesh_body_step(there, 60, &error) != THRUM_OK)
+      fail_msg("%s", error.message);
+    assert_int_equal(thrum_mesh_body_get(there, b.there, b.here, NULL), THRUM_OK);
+    for (int64_t i = 0; i < count; i++)
+      assert_true(fabs(b.here[i]) < 1e-5 && fabs(b.there[i]) < 1);
+
+    for (int64_t i = 0; i < count; i++)
+      b.here[i] = (single ? 1e20 : 1e200) * (double)(i % 7);
+    assert_int_equal(thrum_mesh_body_set(there, b.here, NULL, NULL), THRUM_OK);
+    assert_int_equal(thrum_mesh_body_step(there, 1, &error), THRUM_NOT_CONVERGED);
+    thrum_mesh_body_destroy(there);
+    body_free(&b);
+    thrum_accelerator_destroy(accelerator);
+  }
+}
+
 static void refused(thrum_accelerator *accelerator, const thrum_model *model,
                     const thrum_mesh_body_def *def, thrum_status status, const char *part) {
   thrum_mesh_body *there = NULL;
@@ -316,6 +347,7 @@ int main(void) {
       cmocka_unit_test(test_implicit_euler_satisfies_its_equation),
       cmocka_unit_test(test_bits_and_single),
       cmocka_unit_test(test_what_is_not_solved_stays),
+      cmocka_unit_test(test_rest),
       cmocka_unit_test(test_refusals),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
