@@ -334,6 +334,7 @@ thrum_status thrum_tape_start(const thrum_model *model, thrum_tape *tape, thrum_
   tape->identity = model->identity;
   tape->count = tape->first = tape->slope_count = 0;
   tape->divided = -1;
+  tape->astray = false;
   tape->forces = NULL;
   if (tape->checkpoints > 0)
     memcpy(tape->again, state, tape->state_size);
@@ -471,7 +472,7 @@ static thrum_status make_step(const thrum_model *model, thrum_tape *tape, thrum_
 thrum_status thrum_tape_reach(const thrum_model *model, thrum_tape *tape, int64_t k,
                               thrum_error *error) {
   const int64_t segment = k / tape->length, r = tape->rank;
-  if (tape->first == segment * tape->length)
+  if (tape->first == segment * tape->length && !tape->astray)
     return THRUM_OK;
 
   // from the state that was kept
@@ -483,6 +484,7 @@ thrum_status thrum_tape_reach(const thrum_model *model, thrum_tape *tape, int64_
   memcpy(tape->before_master, kept + 3 * r, vector);
   memcpy(tape->again, kept_state(tape, segment), thrum_state_kept_bytes(tape->again));
   tape->first = segment * tape->length;
+  tape->astray = true;
   const int64_t end = tape->first + tape->length;
   THRUM_TRY(thrum_step_equation_get(model, tape->again, &tape->running, NULL, NULL, NULL, error));
   for (int64_t n = tape->first; n < tape->count && n < end; n++) {
@@ -493,9 +495,17 @@ thrum_status thrum_tape_reach(const thrum_model *model, thrum_tape *tape, int64_
     THRUM_TRY(make_step(model, tape, tape->again, n, force, &by, error));
   }
 
-  // its end is the start of the next
+  // its end is the start of the next, to the bit if the forces are those of the run
+  const int64_t rows = (end < tape->count ? end : tape->count) - tape->first;
+  const double *led = end < tape->count ? kept_rows(tape, segment + 1) + r : tape->end_q;
+  if (memcmp(tape->q + rows * r, led, vector) != 0)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "stepped again, step %lld ends elsewhere: the forces that a tape with "
+                           "checkpoints reads again have been changed since the run",
+                           (long long)(tape->first + rows));
   if (end < tape->count)
     memcpy(tape->p + tape->length * r, kept_rows(tape, segment + 1) + 2 * r, vector);
+  tape->astray = false;
   return THRUM_OK;
 }
 
@@ -777,9 +787,11 @@ thrum_status thrum_tape_batch_run(const thrum_tape_batch *batch, const double *f
     if (status < 0 || (status > 0 && (worst == THRUM_OK || status < worst)))
       worst = status;
   }
-  for (int64_t n = 0; n < batch->count && (done > 0 || worst < 0); n++) {
+  for (int64_t n = 0; n < batch->count; n++) {
     thrum_tape *tape = batch->tapes[n];
-    if (!tape->running.q)
+
+    // one that has made no step ends where it did, and not where its state may be now
+    if (done == 0 && batch->statuses[n] < 0)
       continue;
     keep_end(batch->model, tape, batch->states[n], &tape->running);
     if (worst < 0)

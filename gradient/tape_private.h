@@ -13,6 +13,7 @@ struct thrum_tape {
   int64_t rank, width;      /* of q and p, and of a force */
   int64_t every;            /* steps from one row of what is seen to the next */
   bool started;
+  bool astray;                  /* a segment stepped again has not ended where the run did */
   double *kappa, *nu, *damping; /* rank each */
   double *start_q, *start_p;    /* rank each */
   thrum_step_equation running;  /* of the step that is being made, */
@@ -65,7 +66,8 @@ struct thrum_tape {
 thrum_status thrum_tape_check(const thrum_model *model, const thrum_tape *tape, thrum_error *error);
 
 /* Brings the rows of the segment of step k, 0 <= k < count, and steps to them again where they are
- * not there. */
+ * not there. THRUM_INVALID_ARGUMENT where that leads elsewhere: the forces are no more those of the
+ * run. */
 thrum_status thrum_tape_reach(const thrum_model *model, thrum_tape *tape, int64_t k,
                               thrum_error *error);
 

@@ -115,10 +115,11 @@ THRUM_API thrum_status thrum_tape_start(const thrum_model *model, thrum_tape *ta
 
 /* Sets the force of the step (width; NULL: none) [kg^1/2 m/s^2] as thrum_state_set_load does, makes
  * it, and records it. With checkpoints the force is read again by the passes: it is a row of one
- * array that stays until then, right behind that of the step before, or NULL in all steps. Returns
- * what thrum_step does; the tape keeps no step that fails. THRUM_BUFFER_TOO_SMALL where the tape is
- * full, THRUM_UNSUPPORTED where dt was changed since the start, THRUM_INVALID_ARGUMENT for a state
- * that is not where the tape ends, or another array. */
+ * array that stays until then, right behind that of the step before, or NULL in all steps; a pass
+ * that finds it changed is refused, THRUM_INVALID_ARGUMENT. Returns what thrum_step does; the tape
+ * keeps no step that fails. THRUM_BUFFER_TOO_SMALL where the tape is full, THRUM_UNSUPPORTED where
+ * dt was changed since the start, THRUM_INVALID_ARGUMENT for a state that is not where the tape
+ * ends, or another array. */
 THRUM_API thrum_status thrum_tape_step(const thrum_model *model, thrum_tape *tape,
                                        thrum_state *state, const double *force, thrum_error *error);
 

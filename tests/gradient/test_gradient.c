@@ -1122,6 +1122,12 @@ static void a_batch_of_runs_has_the_bits_of_each(void **context) {
       assert_int_equal(thrum_tape_steps(tapes[k]), k == 2 ? 1 : 2);
     random_vector(&random, RUNS * FORCES, 300, force);
     assert_int_equal(thrum_tape_batch_run(NULL, force, 3, &made, NULL), THRUM_INVALID_ARGUMENT);
+
+    // one whose state was set elsewhere is refused, however often it is asked
+    assert_int_equal(thrum_state_set(model, states[1], start[0], NULL, NULL), THRUM_OK);
+    for (int again = 0; again < 2; again++)
+      assert_int_equal(thrum_tape_batch_run(&batch, force, 1, &made, NULL), THRUM_INVALID_ARGUMENT);
+    assert_int_equal(thrum_tape_steps(tapes[1]), 2);
     for (int k = 0; k < RUNS; k++) {
       thrum_tape_destroy(tapes[k]);
       state_free(states[k]);
@@ -1152,6 +1158,16 @@ static void a_force_of_another_array_is_refused(void **context) {
   assert_true(thrum_tape_step(&body.model, tape, state, force, NULL) >= 0);
   assert_int_equal(thrum_tape_step(&body.model, tape, state, force, NULL), THRUM_INVALID_ARGUMENT);
   assert_true(thrum_tape_step(&body.model, tape, state, force + RANK, NULL) >= 0);
+  assert_true(thrum_tape_step(&body.model, tape, state, force + 2 * RANK, NULL) >= 0);
+
+  // one that is no more what it was gives no derivative, and when it is again, gives it
+  double bar[4 * RANK] = {1}, start[RANK];
+  thrum_tape_gradient g = {.q = start};
+  for (int k = 0; k < 4; k++) {
+    force[0] = k < 2 ? 5 : 0;
+    assert_int_equal(thrum_tape_pull_back(&body.model, tape, bar, NULL, &g, NULL),
+                     k < 2 ? THRUM_INVALID_ARGUMENT : THRUM_OK);
+  }
   thrum_tape_destroy(tape);
   state_free(state);
   random_model_free(&body);
