@@ -12,6 +12,17 @@
 #include "scene/scene_memory.h"
 #include "thrum/external_load.h"
 
+static thrum_status refuse_followed(const scene_body *body, thrum_error *error) {
+  return thrum_error_set(error, THRUM_UNSUPPORTED,
+                         "actuators act on coordinates that are stepped, and of body '%s' some "
+                         "would follow at rest: step it uncondensed, without a level of detail",
+                         body->name);
+}
+
+thrum_status scene_actuation_check_followed(const scene_body *body, thrum_error *error) {
+  return body->act_count > 0 ? refuse_followed(body, error) : THRUM_OK;
+}
+
 static thrum_status check(const scene_body *body, int64_t actuator, double level,
                           const thrum_load *course, thrum_error *error) {
   const int64_t count = thrum_model_actuators(body->model);
@@ -19,10 +30,8 @@ static thrum_status check(const scene_body *body, int64_t actuator, double level
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "actuator %lld is asked for; the model of this body has %lld",
                            (long long)actuator, (long long)count);
-  if (body->derived->condensed)
-    return thrum_error_set(error, THRUM_UNSUPPORTED,
-                           "actuators act on coordinates that are stepped, and of this body some "
-                           "follow at rest: step it uncondensed");
+  if (body->derived->condensed || body->detail)
+    return refuse_followed(body, error);
   if (!isfinite(level) || course == NULL || isnan(course->from) || isnan(course->until) ||
       !isfinite(course->frequency))
     return thrum_error_set(error, THRUM_BAD_VALUE, "the course of a level is not a number");

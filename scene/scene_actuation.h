@@ -8,6 +8,10 @@
 /* Sets the mean levels of the step to come; nothing where a body has no courses. */
 thrum_status scene_actuation_set(const thrum_scene *scene, scene_body *body, thrum_error *error);
 
+/* May the body step coordinates that others follow? THRUM_UNSUPPORTED where it has courses, as
+ * actuators act on coordinates that are stepped. */
+thrum_status scene_actuation_check_followed(const scene_body *body, thrum_error *error);
+
 /* Counts all courses from the scene's origin. */
 void scene_actuation_retime(thrum_scene *scene);
 

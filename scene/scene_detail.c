@@ -13,6 +13,7 @@
 #include "scene/scene_detail.h"
 
 #include "scene/scene_access.h"
+#include "scene/scene_actuation.h"
 #include "scene/scene_loads.h"
 #include "scene/scene_model.h"
 #include "scene/scene_placement.h"
@@ -68,6 +69,7 @@ static thrum_status check(const scene_body *body, const thrum_scene_detail *def,
                            "body '%s' is coupled to its rotation, which takes all of its "
                            "coordinates: it has no level of detail",
                            body->name);
+  THRUM_TRY(scene_actuation_check_followed(body, error));
   if (def->masters < 1 || def->masters >= body->derived->rank)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "a level of detail of %lld coordinates is asked for; the body steps "

@@ -4,6 +4,7 @@
 
 #include "scene/scene_rebuild.h"
 
+#include "scene/scene_actuation.h"
 #include "scene/scene_contact.h"
 #include "scene/scene_coupled.h"
 #include "scene/scene_loads.h"
@@ -25,8 +26,10 @@ thrum_status scene_rebuild(thrum_scene *scene, scene_body *body, const thrum_sta
   thrum_model_scaling by = body->derived->by;
   by.stiffness = stiffness;
   THRUM_TRY(scene_body_read(body, true, error));
-  if (condensed)
+  if (condensed) {
+    THRUM_TRY(scene_actuation_check_followed(body, error));
     THRUM_TRY(scene_slopes_make(body, error));
+  }
   THRUM_TRY(scene_model_take(scene, body->model, rank, condensed, &by, &derived, error));
   // coordinates that come are at rest, or go on from where they followed
   for (int64_t i = scene_shown(body); i < rank; i++)

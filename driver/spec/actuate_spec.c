@@ -76,7 +76,7 @@ void actuate_specs_warn(const thrum_model *model, const actuate_spec *specs, int
                         double time, bool full) {
   for (int64_t n = 0; n < count; n++)
     if (specs[n].course.from >= time)
-      config_warn("--actuate '%s' begins at %g s and has no effect: the run ends at %g s",
+      config_warn("the level '%s' begins at %g s and has no effect: the run ends at %g s",
                   specs[n].text, specs[n].course.from, time);
 
   // a rope to such a place is the one actuator that pulls at a body as a whole

@@ -175,10 +175,10 @@ THRUM_API thrum_status thrum_scene_load_get(const thrum_scene *scene, int32_t bo
 /* Adds a course of the level of an actuator (0-based) of a body: `level` (Pa, strain or N) times
  * the course over the scene's time (thrum/actuation.h); those of one actuator add up. The levels
  * are of the mesh in its file: a scaled body is under the same pressures and strains, and the same
- * tensions in newtons. A body whose rank changes goes on with them; one that is condensed has none.
- * THRUM_INVALID_ARGUMENT where there is no such actuator, THRUM_UNSUPPORTED for a condensed body,
- * THRUM_BAD_VALUE for what is not a number. Levels that no state takes stop the body in its step.
- */
+ * tensions in newtons. A body with them steps all of its coordinates: it is not condensed, and has
+ * neither fewer nor a level of detail (THRUM_UNSUPPORTED, whichever comes first).
+ * THRUM_INVALID_ARGUMENT where there is no such actuator, THRUM_BAD_VALUE for what is not a number.
+ * Levels that no state takes stop the body in its step. */
 THRUM_API thrum_status thrum_scene_add_actuation(thrum_scene *scene, int32_t body, int64_t actuator,
                                                  double level, const thrum_load *course,
                                                  thrum_error *error);

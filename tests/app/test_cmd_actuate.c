@@ -161,7 +161,7 @@ static void what_has_no_effect_is_said(void **state) {
   program_result run = thrum_run(folder, "simulate", "arm.npz", "-o", "late", "--time", "0.01",
                                  "--actuate", "wire=constant:1,from=3", "-q", NULL);
   assert_int_equal(run.exit_code, 0);
-  assert_non_null(strstr(run.err, "--actuate 'wire=constant:1,from=3' begins at 3 s"));
+  assert_non_null(strstr(run.err, "the level 'wire=constant:1,from=3' begins at 3 s"));
   program_result_free(&run);
   run = thrum_run(folder, "simulate", "arm.npz", "-o", "few", "--rank", "4", "--actuate",
                   "wire=constant:1", "-q", NULL);

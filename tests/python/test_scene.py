@@ -255,6 +255,16 @@ class Scenes(unittest.TestCase):
         with self.assertRaises(KeyError):
             body.add_actuation("wire", 1.0)
 
+        # it steps all of its coordinates, and says so before it would fail in a step
+        for follow in (lambda: body.set_rank(2), lambda: body.set_condensed(2), lambda: body.set_detail(2, 1e-3, still=0.1)):
+            with self.assertRaises(thrum.Unsupported):
+                follow()
+        scene.step(1)
+        other = scene.add_body(model)
+        other.set_detail(2, 1e-3, still=0.1)
+        with self.assertRaises(thrum.Unsupported):
+            other.add_actuation("heat", 0.01)
+
     def test_bodies_touch_each_other(self):
         scene, model = thrum.Scene(dt=0.002), block()
         triangles = model.outer_triangles()
