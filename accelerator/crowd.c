@@ -67,6 +67,11 @@ static thrum_status check_model(const thrum_model *model, const thrum_state_def 
     return thrum_error_set(error, THRUM_UNSUPPORTED,
                            "a crowd has no actuators, and this model has some: step it by "
                            "thrum_batch_step");
+  if (model->follow && state->damping_beta > 0)
+    return thrum_error_set(
+        error, THRUM_UNSUPPORTED,
+        "the model is condensed, and with damping_beta what follows drags, which "
+        "a crowd does not step: take damping_alpha, or the model uncondensed");
   if (model->rank > RANK_MOST)
     return thrum_error_set(error, THRUM_UNSUPPORTED,
                            "the model has rank %lld, and a crowd takes up to %d: condense it",

@@ -16,7 +16,7 @@
  *
  * Models of polynomials, condensed ones too, and of cubature points of Saint Venant-Kirchhoff
  * material. What a crowd cannot step is refused with THRUM_UNSUPPORTED: other laws, actuators,
- * other integrators, tangent damping.
+ * other integrators, tangent damping, damping_beta of a condensed model.
  *
  * The library needs libthrum, libm and the C library's dlopen; OpenCL 1.2 is looked for by
  * thrum_accelerator_create. Memory: _create allocates, on the host and on the device; a step does

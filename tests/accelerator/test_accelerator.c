@@ -264,13 +264,21 @@ static void test_condensed(void **unused) {
   random_model_make(&body, 3, RANK, 20, 200, 1);
   const thrum_model *model;
   void *const memory = condense(&body.model, 4, &model);
-  const thrum_crowd_def def = crowd_of(THRUM_INTEGRATOR_ENERGY, 2e-3);
+  thrum_crowd_def def = crowd_of(THRUM_INTEGRATOR_ENERGY, 2e-3);
   bodies here, there;
   bodies_make(&here, 7, 0.03);
   there = here;
   step_here(model, &def, &here, STEPS);
   assert_int_equal(step_there(accelerator, model, &def, &there, STEPS), THRUM_OK);
   assert_true(differ(there.q, here.q, BODIES * model->rank) < 1e-6);
+
+  // what follows would drag in thrum_step
+  thrum_crowd *crowd = NULL;
+  thrum_error error;
+  def.state.damping_beta = 1e-3;
+  assert_int_equal(thrum_crowd_create(accelerator, model, &def, &crowd, &error), THRUM_UNSUPPORTED);
+  assert_non_null(strstr(error.message, "damping_beta"));
+  assert_null(crowd);
   free(memory);
   random_model_free(&body);
   thrum_accelerator_destroy(accelerator);
