@@ -94,7 +94,7 @@ class Rollout:
             if touching.subgradient not in (None, "fixed"):
                 raise ValueError(f'subgradient: {touching.subgradient!r} is neither None nor "fixed"')
             # pages that no touch comes to are never made
-            count = len(self.model.vertices) if touching.vertices is None else len(self._chosen(touching.vertices))
+            count = self.model.vertex_count if touching.vertices is None else len(self._chosen(touching.vertices))
             definition.touches = steps * (3 * count if touching.room is None else touching.room)
             definition.subgradient = int(touching.subgradient is not None)
         # a run that Ctrl-C has left goes on in the state, so it is not closed here: it ends with what refers to it
