@@ -54,7 +54,7 @@ class Touching:
     obstacles: Sequence[Obstacle]  # the stiffness of each, or `stiffness`, is a pressure per depth [N/m^3]
     vertices: Any = None  # that may touch: a group or numbers; None: all
     areas: Any = None  # of the surface that each stands for [m^2]; None: shares of the box of all of them
-    stiffness: float = 0.0  # of obstacles without their own; 0: of the body
+    stiffness: float = 0.0  # of obstacles without their own; 0: of the body as in its file
     subgradient: str | None = None
     room: int | None = None  # for touches in each step, where one that sticks takes 3; None: for all that may touch
 
@@ -145,11 +145,15 @@ class Rollout:
         memory, place = _native.AlignedBlock(size[0]), ffi.new("thrum_contact **")
         call(lib.thrum_contact_init, memory.place, size[0], self._c_model, state, definition, place)
 
-        # obstacles that move are the caller's, as they are in C
+        # obstacles that move are the caller's, as they are in C; in coordinates that stay what they push is divided by the
+        # density, and that of the body is as in its file
         around = ffi.new("thrum_contact_environment *")
         obstacles = ffi.new("thrum_obstacle[]", len(touching.obstacles))
+        own = touching.stiffness or lib.thrum_contact_stiffness(place[0]) / self._ratio()
         for n, obstacle in enumerate(touching.obstacles):
             obstacles[n] = obstacle._def.c[0]
+            obstacles[n].stiffness = (obstacles[n].stiffness or own) / self._factors[1]
+            obstacles[n].damping /= self._factors[1]
         around.obstacles, around.obstacle_count = obstacles, len(touching.obstacles)
         for k in range(steps):
             around.load = ffi.NULL if self._forces is None else _native.pointer(self._forces[k])

@@ -171,16 +171,18 @@ class Gradients(unittest.TestCase):
             floor = {"centre": (0, 0, model.vertices[:, 2].min() - 0.0005), "stiffness": 1e6, "restitution": 1, "friction": 0, **floor}
             touching = thrum.Touching([thrum.Obstacle(**floor)], subgradient=subgradient)
             return thrum.value_and_gradient(lambda q, p: (tip @ q[-1], q_bar, None), model, STEPS, model.start(0, 0.001 * (1 + by)),
-                                            force=np.tile(-80 * (1 + by) * tip, (STEPS, 1)), stiffness=1 + by, dt=0.002,
+                                            force=np.tile(-80 * (1 + by) * tip, (STEPS, 1)), stiffness=1 + by, density=1 - 0.3 * by, dt=0.002,
                                             tolerance=1e-14, touching=touching, integrator=integrator)
 
         def derivative(g):
-            return g.q @ model.start(0, 0.001) + (g.force * -80 * tip).sum() + g.stiffness
+            return g.q @ model.start(0, 0.001) + (g.force * -80 * tip).sum() + g.stiffness - 0.3 * g.density
         value, g = run()
         free = thrum.value_and_gradient(lambda q, p: (tip @ q[-1], q_bar, None), model, STEPS, model.start(0, 0.001),
                                         force=np.tile(-80 * tip, (STEPS, 1)), dt=0.002)[0]
         self.assertGreater(abs(value / free - 1), 0.5)
         self.assertAlmostEqual((run(1e-5)[0] - run(-1e-5)[0]) / 2e-5 / derivative(g), 1.0, 6)
+        damped = {"stiffness": 0, "damping": 1000}
+        self.assertAlmostEqual((run(1e-5, **damped)[0] - run(-1e-5, **damped)[0]) / 2e-5 / derivative(run(**damped)[1]), 1.0, 6)
 
         # steps of energy give back what the prediction missed, and how that changes is left out
         by_energy = (run(1e-5, integrator="energy")[0] - run(-1e-5, integrator="energy")[0]) / 2e-5
