@@ -38,7 +38,7 @@ class Load:
     """
 
     def __init__(self, force: Any = None, vertices: Any = None, group: str | None = None, field: Any = None,
-                 acceleration: Any = None, ramp: bool = False, **options: Unpack[LoadOptions]) -> None:
+                 acceleration: Any = None, *, ramp: bool = False, **options: Unpack[LoadOptions]) -> None:
         self.force, self.vertices, self.group, self.field, self.acceleration = force, vertices, group, field, acceleration
         self.ramp, self.options = ramp, options
 

@@ -422,6 +422,9 @@ class Scenes(unittest.TestCase):
         for load in (thrum.Load(), thrum.Load(force=(1, 0, 0), acceleration=(1, 0, 0)), thrum.Load(force=(1, np.nan, 0))):
             with self.assertRaises(ValueError):
                 body.add_load(load)
+        # a start where it once stood makes no ramp
+        with self.assertRaises(TypeError):
+            thrum.Load((0, 0, 1), None, None, None, None, 0.5)
         with self.assertRaises(ValueError):
             scene.add_obstacle(thrum.Obstacle(shape="cone"))
         with self.assertRaises(ValueError):
