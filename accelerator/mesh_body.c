@@ -463,11 +463,12 @@ static thrum_status step(thrum_mesh_body *b, thrum_error *error) {
     solved = ended && isfinite(most) && sqrt(corrected) <= most;
   }
   if (!solved)
-    return thrum_error_set(error, THRUM_NOT_CONVERGED,
-                           "step %lld is not solved after %d iterations, the last of which "
-                           "corrected %.1e of it: take a smaller dt, or more iterations",
-                           (long long)b->report.steps + 1, (int)b->def.iterations,
-                           sqrt(corrected / moved));
+    return thrum_error_set(
+        error, THRUM_NOT_CONVERGED,
+        "step %lld is not solved after %d iterations, the last of which "
+        "corrected %.1e of it%s: take a smaller dt, or more %siterations",
+        (long long)b->report.steps + 1, (int)b->def.iterations, sqrt(corrected / moved),
+        ended ? "" : ", by conjugate gradients that did not end", ended ? "" : "solver_");
 
   // v' = 2 d/h - v, or d/h
   const bool middle = b->def.scheme == THRUM_MESH_MIDPOINT;

@@ -248,6 +248,15 @@ static void test_what_is_not_solved_stays(void **unused) {
   for (int64_t i = 0; i < 3 * b.mesh.vertex_count; i++)
     assert_true(b.there[i] == 0 && b.here[i] == 0);
 
+  // corrections of which each is a part of the one that is needed are small, and solve nothing
+  thrum_mesh_body_destroy(there);
+  def.iterations = 12;
+  def.solver_iterations = 2;
+  def.tolerance = 0.5;
+  there = make_there(accelerator, &b, &def);
+  assert_int_equal(thrum_mesh_body_step(there, 1, &error), THRUM_NOT_CONVERGED);
+  assert_non_null(strstr(error.message, "more solver_iterations"));
+
   // what is held is not moved, and what is refused sets nothing
   for (int64_t i = 0; i < 3 * b.mesh.vertex_count; i++)
     b.here[i] = 1e-3;
