@@ -81,10 +81,22 @@ static void grow(double share, thrum_mesh *mesh) {
     mesh->materials[i].density /= pow(1 + share, 3);
 }
 
+static bool is_any_held(const uint8_t *fixed, const thrum_mesh *mesh) {
+  bool any = false;
+  for (int64_t v = 0; v < mesh->vertex_count; v++)
+    any = any || fixed[v] != 0;
+  return any;
+}
+
 thrum_status about_find(const char *text, const uint8_t *fixed, thrum_mesh *mesh,
                         thrum_error *error) {
   about_text made;
   parse(text, &made);
+
+  // the loads of a file do not turn with a body, so a free one would have no rigid modes
+  if (!is_any_held(fixed, mesh))
+    return thrum_error_set_field(error, "--about", THRUM_INVALID_ARGUMENT,
+                                 ": nothing is held, and a free body has no state: give --fix");
   THRUM_TRY(thrum_mesh_make_solids(mesh, error));
   if (!made.stretches && !made.heats)
     return read_file(text, mesh, error);

@@ -225,7 +225,17 @@ static void what_is_no_state_is_refused(void **state) {
   (void)state;
   body b = hexahedra("beam:2x1x1@1x0.1x0.1,hex", THRUM_FORM_HEX8);
   thrum_error error = {0};
+
+  // a free body takes none, whatever it says
+  static const char *const states[] = {"missing.npy", "stretch:0.1,0,0", "temperature:1,1e-5"};
+  for (int n = 0; n < 3; n++) {
+    assert_int_equal(about_find(states[n], b.fixed, &b.mesh, &error), THRUM_INVALID_ARGUMENT);
+    assert_non_null(strstr(error.message, "nothing is held"));
+    assert_null(b.mesh.about);
+  }
+  hold_ends(&b, 1);
   assert_true(about_find("missing.npy", b.fixed, &b.mesh, &error) < 0);
+  assert_null(strstr(error.message, "nothing is held"));
   assert_null(b.mesh.about);
 
   // springs do not go with one
