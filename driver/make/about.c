@@ -122,3 +122,21 @@ thrum_status about_find(const char *text, const uint8_t *fixed, thrum_mesh *mesh
   mesh->about = state;
   return THRUM_OK;
 }
+
+thrum_status about_loads(const thrum_mesh *mesh, const uint8_t *fixed, double loads[3],
+                         thrum_error *error) {
+  thrum_fem fem = {0};
+  double *force = NULL;
+  thrum_status status =
+      thrum_reserve(&force, 3 * mesh->vertex_count, sizeof *force, "the loads of a state", error);
+  THRUM_THEN(status, thrum_fem_create(mesh, fixed, &fem, error));
+  if (status >= 0) {
+    memset(loads, 0, 3 * sizeof *loads);
+    thrum_fem_energy(&fem, mesh->about, force);
+    for (int64_t i = 0; i < fem.free_count; i++)
+      loads[fem.component[i] % 3] += force[fem.component[i]];
+  }
+  thrum_fem_free(&fem);
+  free(force);
+  return status < 0 ? status : THRUM_OK;
+}

@@ -13,4 +13,10 @@ thrum_status about_option_check(const config_given *given);
 thrum_status about_find(const char *text, const uint8_t *fixed, thrum_mesh *mesh,
                         thrum_error *error);
 
+/* The sum of the loads that bring the body to its state, and stay: what pulls at its free
+ * components there [N]. Zero but for rounding of a stretch and a temperature, which only what is
+ * held brings about. */
+thrum_status about_loads(const thrum_mesh *mesh, const uint8_t *fixed, double loads[3],
+                         thrum_error *error);
+
 #endif

@@ -1,6 +1,7 @@
 /* The pipeline behind `thrum precompute` and behind models that are asked for by name: from a
  * mesh's name to the written model file. SPDX-License-Identifier: Apache-2.0 */
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -23,6 +24,7 @@
 #include "io/vtu.h"
 #include "mesh/actuator.h"
 #include "mesh/elastic.h"
+#include "mesh/formats/file_suffix.h"
 #include "mesh/formats/mesh_read.h"
 #include "mesh/mesh_beam.h"
 #include "mesh/mesh_fix.h"
@@ -311,6 +313,20 @@ static bool warn_of_rounding(const thrum_precomputed *result) {
     return true;
   }
   return false;
+}
+
+/* What stays on a body about a state of a file: also what held it there and holds it no more. */
+static thrum_status say_loads(const char *about, const thrum_mesh *mesh, const uint8_t *fixed,
+                              thrum_error *error) {
+  double loads[3];
+  if (!thrum_file_has_suffix(about, ".npy"))
+    return THRUM_OK;
+  THRUM_TRY(about_loads(mesh, fixed, loads, error));
+  fprintf(stderr,
+          "thrum: %.200s: the loads of this state stay on the body, (%.3g, %.3g, %.3g) N in all; a "
+          "reaction of what is not held any more is one of them\n",
+          about, loads[0], loads[1], loads[2]);
+  return THRUM_OK;
 }
 
 static bool is_flagged(const precompute_request *request, const thrum_precomputed *result) {
@@ -696,6 +712,8 @@ thrum_status precompute_make(const precompute_request *request, precompute_show 
     THRUM_THEN(status, thrum_mesh_make_solids(&mesh, error));
   if (request->about)
     THRUM_THEN(status, about_find(request->about, fixed, &mesh, error));
+  if (request->about && !request->quiet)
+    THRUM_THEN(status, say_loads(request->about, &mesh, fixed, error));
   if (status >= 0)
     outcome.fixed_count = count_held(&mesh, fixed); // middle nodes, too
   THRUM_THEN(status, find_handles(request, &mesh, handles, error));

@@ -248,6 +248,30 @@ static void what_is_no_state_is_refused(void **state) {
   body_free(&b);
 }
 
+/* What stays on a body about a state is against what holds it there: of a stretch nothing, and of
+ * any other state as much as pulls at what is held. */
+static void the_loads_of_a_state_are_against_what_holds_it(void **state) {
+  (void)state;
+  thrum_error error = {0};
+  double loads[3];
+  body b = hexahedra("beam:3x1x1@1x0.2x0.2,hex", THRUM_FORM_HEX8);
+  b.mesh.materials[0] = (thrum_material){1e6, 0, 1000};
+  hold_ends(&b, 1);
+  assert_int_equal(about_find("stretch:0.02,0,0", b.fixed, &b.mesh, &error), THRUM_OK);
+  assert_int_equal(about_loads(&b.mesh, b.fixed, loads, &error), THRUM_OK);
+
+  // the pull of what is held, of Saint Venant-Kirchhoff material that does not get thinner
+  const double e = 0.02, pull = 1e6 * 0.04 * (1 + e) * (e + e * e / 2);
+  assert_true(fabs(loads[0]) < 1e-7 * pull && fabs(loads[2]) < 1e-7 * pull);
+
+  // one end let go: its reaction stays as a load
+  for (int64_t v = 0; v < b.mesh.vertex_count; v++)
+    b.fixed[v] = b.mesh.vertices[3 * v] > 0.9 ? 0 : b.fixed[v];
+  assert_int_equal(about_loads(&b.mesh, b.fixed, loads, &error), THRUM_OK);
+  assert_close(loads[0], pull, 1e-9);
+  body_free(&b);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_model_is_what_the_body_does_beyond_the_state),
@@ -255,6 +279,7 @@ int main(void) {
       cmocka_unit_test(a_heated_plate_has_the_frequencies_of_its_temperature),
       cmocka_unit_test(a_column_gives_way_at_its_buckling_load),
       cmocka_unit_test(what_is_no_state_is_refused),
+      cmocka_unit_test(the_loads_of_a_state_are_against_what_holds_it),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }
