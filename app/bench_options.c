@@ -215,6 +215,12 @@ int bench_options_read(const config_command *about, int argc, char **argv, bench
     request->step.def.integrator =
         request->step.implicit_wanted >= 0 ? THRUM_INTEGRATOR_IMEXV : usual_integrator;
 
+  // a crowd's coefficients are a matrix (accelerator/crowd.c)
+  for (int64_t n = 0; n < request->rank_count; n++)
+    if (strcmp(command, "bench accelerator") == 0 && !request->full && request->ranks[n] > 128)
+      return config_usage(command, "--rank %lld: a crowd takes ranks up to 128",
+                          (long long)request->ranks[n]);
+
   // options that exclude each other
   if (request->ranks_given && request->model_path)
     return config_usage(command, "--rank is of the beam; a model file has its own rank");

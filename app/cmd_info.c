@@ -103,9 +103,10 @@ static const config_option options[] = {
                 "by how much the frequencies of the linear modes change with Young's modulus, "
                 "Poisson's ratio and density of each region, in the whole mesh",
                 CONFIG_AT(info_request, gradient)),
-    OPTION_TEXT("shape-gradient", "FILE.npy", NULL,
-                "write the same by the place of each vertex, modes x vertices x 3 [1/m]",
-                .path = CONFIG_PATH_ALWAYS, CONFIG_AT(info_request, shape_gradient)),
+    OPTION_TEXT(
+        "shape-gradient", "FILE.npy", NULL,
+        "write the same by the place of each vertex, a row a mode: x, y, z of each vertex [1/m]",
+        .path = CONFIG_PATH_ALWAYS, CONFIG_AT(info_request, shape_gradient)),
 
     OPTION_JSON(info_request),
     OPTION_HELP,

@@ -20,7 +20,7 @@ thrum_status thrum_fem_take_state(const thrum_mesh *mesh, thrum_fem *fem, thrum_
 }
 
 #define LEAST_STEP (1.0 / 1024)
-#define RELATIVE 1e-9 /* of the forces on free components to those on all */
+#define RELATIVE 1e-9 /* of the forces on free components to the largest on all so far */
 enum { ITERATIONS = 25 };
 
 typedef struct search {
@@ -42,14 +42,15 @@ static double largest(const double *values, int64_t count) {
 static thrum_status correct(search *s, bool *found) {
   const thrum_fem *fem = s->fem;
   const int64_t n = fem->free_count;
-  double before = INFINITY;
+  double before = INFINITY, most = 0; // the forces of the first guess, where nothing moves
   *found = false;
   for (int k = 0; k < ITERATIONS; k++) {
     thrum_factor *factor = NULL;
     thrum_fem_energy(fem, s->u, s->force);
     thrum_fem_gather(fem, s->force, s->right);
-    const double left = largest(s->right, n), all = largest(s->force, 3 * fem->vertex_count);
-    *found = left <= RELATIVE * all || all <= 0;
+    const double left = largest(s->right, n);
+    most = fmax(most, largest(s->force, 3 * fem->vertex_count));
+    *found = left <= RELATIVE * most;
     if (!isfinite(left))
       return THRUM_OK;
 

@@ -238,6 +238,15 @@ static void what_is_no_state_is_refused(void **state) {
   assert_null(strstr(error.message, "nothing is held"));
   assert_null(b.mesh.about);
 
+  // a stretch of what is held at one end moves nothing, and nothing buckles
+  for (int64_t v = 0; v < b.mesh.vertex_count; v++)
+    b.fixed[v] = b.mesh.vertices[3 * v] < 1e-9 ? 7 : 0;
+  assert_int_equal(about_find("stretch:0.1,0,0", b.fixed, &b.mesh, &error), THRUM_OK);
+  for (int64_t c = 0; c < 3 * b.mesh.vertex_count; c++)
+    assert_true(fabs(b.mesh.about[c]) < 1e-9);
+  free(b.mesh.about);
+  b.mesh.about = NULL;
+
   // springs do not go with one
   b.mesh.springs = need(3 * (size_t)b.mesh.vertex_count, sizeof(double));
   b.mesh.about = need(3 * (size_t)b.mesh.vertex_count, sizeof(double));
