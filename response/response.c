@@ -69,7 +69,7 @@ void thrum_response_def_init(thrum_response_def *def, size_t size) {
                                        .mode = -1,
                                        .amplitude = INFINITY,
                                        .step = 0.05,
-                                       .points = 20000,
+                                       .points = 2000,
                                        .tolerance = 1e-12,
                                        .stability = 1,
                                        .inertia = 1,

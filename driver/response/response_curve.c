@@ -24,6 +24,8 @@
 #define HARMONICS_FIRST 5 /* tried where it leaves those open, */
 #define HARMONICS_MORE 4  /* and so many more each time, */
 #define TAIL_MOST 1e-6    /* while the last two have more of the kinetic energy */
+#define TAIL_HELPED 0.5   /* of the least share so far: a curve without an end that leaves more */
+#define TRIES_IN_VAIN 2   /* such curves, after which that of the least share is taken */
 #define PHASES_LEAST 64   /* at which the largest displacement is looked for, */
 #define PHASES_EACH 8     /* and so many for each harmonic */
 #define ROOM_FIRST 256
@@ -739,16 +741,29 @@ thrum_status response_curve_find(response_curve *curve, thrum_error *error) {
   curve->harmonics = !open ? request->harmonics : first < most ? first : most;
   int64_t before = curve->harmonics;
 
-  // more harmonics while the last of them matter; that is looked for without stability
+  // more harmonics while the last of them matter, which is looked for without stability; curves
+  // that do not come to an end take the longer the more there are, and are given up where they do
+  // not help
+  int64_t best = curve->harmonics;
+  double least = INFINITY;
+  int in_vain = 0;
   for (bool enough = !open; !enough && status >= 0;) {
     char label[40];
     snprintf(label, sizeof label, "curve, %d harmonics", (int)curve->harmonics);
     config_progress_update(&progress, label, 0);
     status = follow_again(curve, before, false, error);
     before = curve->harmonics;
+    in_vain +=
+        curve->report.end == THRUM_RESPONSE_END_POINTS && curve->report.tail > TAIL_HELPED * least;
+    if (curve->report.tail < least) {
+      best = curve->harmonics;
+      least = curve->report.tail;
+    }
     enough = thrum_stop_requested() || curve->report.tail <= TAIL_MOST ||
-             curve->harmonics + more > THRUM_RESPONSE_HARMONICS_MAX;
-    curve->harmonics += enough ? 0 : more;
+             in_vain == TRIES_IN_VAIN || curve->harmonics + more > THRUM_RESPONSE_HARMONICS_MAX;
+    curve->harmonics = !enough                    ? curve->harmonics + more
+                       : in_vain == TRIES_IN_VAIN ? best
+                                                  : curve->harmonics;
     config_progress_end(&progress, status >= 0);
   }
   if (status >= 0 && (!open || request->stability)) {

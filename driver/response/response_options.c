@@ -154,7 +154,7 @@ static const config_option options[] = {
                   "longest step along the curve, of the range of frequencies or of the largest "
                   "motion so far",
                   AT(step), CONFIG_RANGE(0, 1), .above = true),
-    OPTION_COUNT("points", "20000", "of the curve, at most", AT(points_max),
+    OPTION_COUNT("points", "2000", "of the curve, at most", AT(points_max),
                  CONFIG_RANGE(2, 1000000)),
     OPTION_NUMBER("tolerance", NULL, "1e-12", "of the residual, relative to the motion",
                   AT(tolerance), CONFIG_RANGE(0, 1e-3), .above = true),

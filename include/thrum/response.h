@@ -60,7 +60,7 @@ typedef struct thrum_response_def {
    * largest motion so far. Larger: fewer points. */
   double step;
 
-  /* Points after which the curve ends; >= 2, default 20000. */
+  /* Points after which the curve ends; >= 2, default 2000. */
   int32_t points;
 
   /* Residual of a point, of each coordinate over its stiffness and inertia, relative to the motion;

@@ -296,6 +296,23 @@ static void a_backbone_ends_at_its_amplitude(void **state) {
   program_result_free(&run);
 }
 
+/* Curves that do not come to an end take the longer the more harmonics they have: after two that do
+ * not help, that of the least share is taken and said. */
+static void harmonics_that_do_not_help_are_given_up(void **state) {
+  (void)state;
+  program_result made =
+      thrum_run(folder, "precompute", "beam:4x1x1@1x0.15x0.15,split=6", "--order", "1", "--fix",
+                "left", "--modes", "4", "--rank", "12", "-o", "wild.npz", "-q", NULL);
+  assert_int_equal(made.exit_code, 0);
+  program_result_free(&made);
+  cJSON *object = program_object(thrum_run(folder, "response", "wild.npz", "--mode", "3",
+                                           "--condense", "none", "--points", "100", "--stability",
+                                           "off", "--no-check", "--json", "-q", NULL),
+                                 3);
+  assert_true(json_value(object, "harmonics") < 25 && json_value(object, "tail") > 1e-3);
+  cJSON_Delete(object);
+}
+
 /* A subharmonic of a third, lightly damped, crosses the motions of the other mode at two places and
  * turns back at two. It comes back to where it began, and not to itself a period of the load later.
  */
@@ -587,6 +604,7 @@ int main(void) {
       cmocka_unit_test(cubature_points_have_the_curve_of_the_polynomial),
       cmocka_unit_test(a_sharp_resonance_of_a_harmonic_does_not_lose_the_curve),
       cmocka_unit_test(a_backbone_ends_at_its_amplitude),
+      cmocka_unit_test(harmonics_that_do_not_help_are_given_up),
       cmocka_unit_test(a_backbone_ends_at_the_size_of_the_body),
       cmocka_unit_test(two_modes_near_a_ratio_have_one_normal_form),
       cmocka_unit_test(a_subharmonic_closes_with_all_of_its_special_points),
