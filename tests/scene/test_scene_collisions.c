@@ -513,7 +513,7 @@ static void a_plate_holds_what_is_shot_at_it(void **context) {
   }
 }
 
-/* At 1 and 2 m a step, which is 50 and 100 times the plate, some of what is shot goes through. No
+/* At 1 and 8 m a step, which is 50 and 400 times the plate, some of what is shot goes through. No
  * passage is silent: what went through counts as deeper than the thickness, momentum is kept and no
  * energy is gained. */
 static void what_is_shot_through_a_plate_in_longer_steps_is_told(void **context) {
@@ -528,7 +528,7 @@ static void what_is_shot_through_a_plate_in_longer_steps_is_told(void **context)
         def_of(&f->block, 0.22 + 0.0033 * (n % 8), 0.0033 * (n / 8 % 6), 0.3, 200);
     const thrum_scene_body_def plate = def_of(&f->plate, 0, 0, 0, 200);
     block.scale = 0.25;
-    block.velocity[2] = n < 48 ? -500 : -1000;
+    block.velocity[2] = n < 48 ? -500 : -4000;
     collide(scene, 0.5, 0.5);
     add(scene, &block);
     add(scene, &plate);
