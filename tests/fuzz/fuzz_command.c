@@ -9,8 +9,9 @@
  * driver/spec/base_motion_spec.c driver/spec/actuate_spec.c driver/spec/start_spec.c
  * driver/make/mesh_model.c driver/make/about.c
  * driver/make/named_model.c driver/spec/model_names.c driver/spec/region_material.c
- * driver/make/train_case.c platform/allocate.c mesh/formats/surface_read.c io/json_read.c io/text.c
- * io/file.c io/paths.c mesh/formats/mesh_read.c mesh/mesh_units.c precompute/full/full.c
+ * driver/spec/region_elastic.c mesh/elastic.c driver/make/train_case.c platform/allocate.c
+ * mesh/formats/surface_read.c io/json_read.c io/text.c io/file.c io/paths.c
+ * mesh/formats/mesh_read.c mesh/mesh_units.c precompute/full/full.c
  * precompute/options/precompute_options.c platform/interrupt.c core/[a-z]*[a-z]/*.c
  * runtime/[a-z]*[a-z]/*.c SPDX-License-Identifier: Apache-2.0 */
 #include "config/message.h"

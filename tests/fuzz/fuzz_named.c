@@ -9,10 +9,10 @@
  * driver/spec/load_spec.c driver/spec/actuate_spec.c driver/spec/base_motion_spec.c
  * driver/spec/start_spec.c driver/spec/static_solve.c driver/make/mesh_model.c
  * driver/make/named_model.c driver/spec/model_names.c driver/spec/region_material.c
- * driver/record/run_entries.c driver/scene/scene_words.c precompute/vega_reduced.c
- * precompute/model/load_share.c precompute/model/traction.c precompute/fem/solid_face.c
- * precompute/fem/solid_shape.c core/[a-z]*[a-z]/*.c runtime/[a-z]*[a-z]/*.c
- * SPDX-License-Identifier: Apache-2.0 */
+ * driver/spec/region_elastic.c driver/record/run_entries.c driver/scene/scene_words.c
+ * precompute/vega_reduced.c precompute/model/load_share.c precompute/model/traction.c
+ * precompute/fem/solid_face.c core/[a-z]*[a-z]/*.c runtime/[a-z]*[a-z]/*.c SPDX-License-Identifier:
+ * Apache-2.0 */
 #define _GNU_SOURCE // memmem
 #include <sys/stat.h>
 

@@ -5,10 +5,10 @@
  * config/parse.c config/message.c config/message_error.c driver/spec/load_spec.c
  * mesh/vertex_places.c driver/spec/base_motion_spec.c driver/spec/actuate_spec.c
  * driver/spec/start_spec.c driver/make/mesh_model.c driver/make/named_model.c
- * driver/spec/model_names.c driver/spec/region_material.c driver/record/run_entries.c
- * driver/scene/scene_words.c io/json_read.c io/text.c io/file.c io/paths.c mesh/mesh_groups.c
- * mesh/formats/mesh_read.c platform/interrupt.c core/[a-z]*[a-z]/*.c runtime/[a-z]*[a-z]/*.c
- * contact/*.c SPDX-License-Identifier: Apache-2.0 */
+ * driver/spec/model_names.c driver/spec/region_material.c driver/spec/region_elastic.c
+ * mesh/elastic.c driver/record/run_entries.c driver/scene/scene_words.c io/json_read.c io/text.c
+ * io/file.c io/paths.c mesh/mesh_groups.c mesh/formats/mesh_read.c platform/interrupt.c
+ * core/[a-z]*[a-z]/*.c runtime/[a-z]*[a-z]/*.c contact/*.c SPDX-License-Identifier: Apache-2.0 */
 #include "tests/fuzz/fuzz_scene.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
