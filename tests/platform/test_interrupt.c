@@ -258,9 +258,9 @@ static void a_signal_in_the_second_pass_of_a_curve_keeps_the_first(void **state)
                 "--modes", "3", "--rank", "9", "-o", model, NULL);
   assert_int_equal(made.exit_code, 0);
   program_result_free(&made);
-  const char *const arguments[] = {"response", model,        "--mode",      "1",   "--amplitude",
-                                   "0.3",      "--no-check", "--stability", "off", "--step",
-                                   "2e-5",     "-o",         output,        NULL};
+  const char *const arguments[] = {
+      "response", model,    "--mode", "1",        "--amplitude", "0.3", "--no-check", "--stability",
+      "off",      "--step", "2e-5",   "--points", "20000",       "-o",  output,       NULL};
   const int status = stop_program(arguments, "curve, 9 harmonics", "what was found is kept");
   assert_true(WIFEXITED(status));
   assert_int_equal(WEXITSTATUS(status), 3);
