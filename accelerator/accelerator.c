@@ -86,13 +86,11 @@ static thrum_status check_def(const thrum_accelerator_def *def, thrum_error *err
   if (!def || !thrum_def_fits(def->cookie, sizeof *def))
     return thrum_error_set(error, THRUM_UNINITIALISED_DEF,
                            "the def was not made by thrum_accelerator_def_init");
-  if (def->device < 0 || (def->single != 0 && def->single != 1) || def->reserved != 0) {
-    thrum_error_set(error, THRUM_INVALID_ARGUMENT,
-                    "device is below 0, or single is not 0 or 1, or reserved is not 0");
-    if (error)
-      error->field = def->device < 0 ? "device" : "single";
-    return THRUM_INVALID_ARGUMENT;
-  }
+  if (def->device < 0)
+    return thrum_error_set_field(error, "device", THRUM_INVALID_ARGUMENT, " is below 0");
+  if ((def->single != 0 && def->single != 1) || def->reserved != 0)
+    return thrum_error_set_field(error, "single", THRUM_INVALID_ARGUMENT,
+                                 " is not 0 or 1, or reserved is not 0");
   return THRUM_OK;
 }
 
@@ -106,13 +104,10 @@ static thrum_status take_device(const thrum_accelerator_def *def, thrum_accelera
     return thrum_error_set(error, THRUM_MISSING,
                            "OpenCL is here, but no device: install the driver of the accelerator, "
                            "or PoCL for the processor (Debian: pocl-opencl-icd)");
-  if (!a->device) {
-    thrum_error_set(error, THRUM_INVALID_ARGUMENT, "there is no device %d: this machine has %d",
-                    (int)def->device, (int)count);
-    if (error)
-      error->field = "device";
-    return THRUM_INVALID_ARGUMENT;
-  }
+  if (!a->device)
+    return thrum_error_set_field(error, "device", THRUM_INVALID_ARGUMENT,
+                                 ": there is no device %d: this machine has %d", (int)def->device,
+                                 (int)count);
   describe(a, platform);
   a->info.single = def->single;
   if (!a->info.has_double && !def->single)

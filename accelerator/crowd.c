@@ -36,20 +36,14 @@ void thrum_crowd_def_init(thrum_crowd_def *def, size_t size) {
 
 /* --- what is asked for ------------------------------------------------------------------------ */
 
-static thrum_status refuse(thrum_error *error, const char *field, const char *what) {
-  thrum_error_set(error, THRUM_INVALID_ARGUMENT, "%s %s", field, what);
-  if (error)
-    error->field = field;
-  return THRUM_INVALID_ARGUMENT;
-}
-
 static thrum_status check_def(const thrum_crowd_def *def, thrum_error *error) {
   if (def->count < 1 || def->count > INT32_MAX)
-    return refuse(error, "count", "is not 1 to 2147483647");
+    return thrum_error_set_field(error, "count", THRUM_INVALID_ARGUMENT, " is not 1 to 2147483647");
   if (def->iterations < 1 || def->iterations > ITERATIONS_MOST)
-    return refuse(error, "iterations", "is not 1 to 32");
+    return thrum_error_set_field(error, "iterations", THRUM_INVALID_ARGUMENT, " is not 1 to 32");
   if (!(def->tolerance > 0) || !isfinite(def->tolerance))
-    return refuse(error, "tolerance", "is not above 0 and finite");
+    return thrum_error_set_field(error, "tolerance", THRUM_INVALID_ARGUMENT,
+                                 " is not above 0 and finite");
   return THRUM_OK;
 }
 
@@ -87,31 +81,13 @@ static thrum_status check_model(const thrum_model *model, const thrum_state_def 
 
 /* --- numbers of the device -------------------------------------------------------------------- */
 
-// `from` (count) in the precision of the device, into `to`
-static void narrow(const thrum_crowd *crowd, const double *from, int64_t count, void *to) {
-  if (!crowd->accelerator->info.single) {
-    memcpy(to, from, (size_t)count * sizeof *from);
-    return;
-  }
-  for (int64_t i = 0; i < count; i++)
-    ((float *)to)[i] = (float)from[i];
-}
-
 // rows of bodies as columns, into the staging
 static void turn(thrum_crowd *crowd, const double *rows, int64_t stride) {
   for (int64_t n = 0; n < crowd->all; n++)
     for (int64_t i = 0; i < crowd->rank; i++) {
       const double value = rows && n < crowd->def.count ? rows[n * stride + i] : 0;
-      if (crowd->accelerator->info.single)
-        ((float *)crowd->staging)[i * crowd->all + n] = (float)value;
-      else
-        ((double *)crowd->staging)[i * crowd->all + n] = value;
+      device_real_put(crowd->accelerator, crowd->staging, i * crowd->all + n, value);
     }
-}
-
-static double staged(const thrum_crowd *crowd, int64_t at) {
-  return crowd->accelerator->info.single ? (double)((const float *)crowd->staging)[at]
-                                         : ((const double *)crowd->staging)[at];
 }
 
 static thrum_status check_rows(const thrum_crowd *crowd, const char *name, const double *rows,
@@ -122,7 +98,7 @@ static thrum_status check_rows(const thrum_crowd *crowd, const char *name, const
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "the stride %lld is below the rank %lld, and not 0", (long long)stride,
                            (long long)crowd->rank);
-  const double most = crowd->accelerator->info.single ? 1e30 : 1e300;
+  const double most = device_real_most(crowd->accelerator);
   for (int64_t n = 0; n < (stride == 0 ? 1 : crowd->def.count); n++)
     for (int64_t i = 0; i < crowd->rank; i++)
       if (!(fabs(rows[n * stride + i]) <= most))
@@ -238,17 +214,12 @@ static thrum_status send_points(thrum_crowd *crowd, const thrum_model *model, th
 }
 
 static thrum_status send_model(thrum_crowd *crowd, const thrum_model *model, thrum_error *error) {
-  double length[RANK_MOST], drag[RANK_MOST], numbers[RANK_MOST];
+  double length[RANK_MOST], drag[RANK_MOST];
   THRUM_TRY(take_equation(crowd, model, length, drag, error));
   const thrum_accelerator *a = crowd->accelerator;
-  const size_t vector = (size_t)crowd->rank * device_real(a);
-  narrow(crowd, model->omega2, crowd->rank, numbers);
-  THRUM_TRY(device_buffer(a, vector, numbers, &crowd->omega2, error));
-  narrow(crowd, length, crowd->rank, numbers);
-  THRUM_TRY(device_buffer(a, vector, numbers, &crowd->length, error));
-  narrow(crowd, drag, crowd->rank, numbers);
-  THRUM_TRY(device_buffer(a, vector, numbers, &crowd->drag, error));
-
+  THRUM_TRY(device_reals(a, model->omega2, crowd->rank, &crowd->omega2, error));
+  THRUM_TRY(device_reals(a, length, crowd->rank, &crowd->length, error));
+  THRUM_TRY(device_reals(a, drag, crowd->rank, &crowd->drag, error));
   return crowd->points > 0 ? send_points(crowd, model, error)
                            : send_coefficients(crowd, model, error);
 }
@@ -498,7 +469,8 @@ static thrum_status get_rows(thrum_crowd *crowd, opencl_buffer buffer, double *r
                         error));
   for (int64_t n = 0; n < crowd->def.count; n++)
     for (int64_t i = 0; i < crowd->rank; i++)
-      rows[n * stride + i] = staged(crowd, i * crowd->all + n);
+      rows[n * stride + i] =
+          device_real_get(crowd->accelerator, crowd->staging, i * crowd->all + n);
   return THRUM_OK;
 }
 
@@ -532,7 +504,7 @@ thrum_status thrum_crowd_energies(thrum_crowd *crowd, double *kinetic, double *s
     THRUM_TRY(device_read(a, buffers[i], crowd->staging, (size_t)crowd->def.count * device_real(a),
                           error));
     for (int64_t n = 0; n < crowd->def.count; n++)
-      parts[i][n] = staged(crowd, n);
+      parts[i][n] = device_real_get(crowd->accelerator, crowd->staging, n);
   }
   return THRUM_OK;
 }

@@ -13,17 +13,8 @@ crowd_part crowd_part_at(thrum_crowd *crowd, int64_t at) {
 #define A(x) DEVICE_ARGUMENT(x)
 #define COUNT(list) (uint32_t)(sizeof(list) / sizeof *(list))
 
-// a real argument takes the precision of the device
-typedef struct real_argument {
-  double wide;
-  float narrow;
-} real_argument;
-
-static device_argument real_of(const thrum_crowd *crowd, real_argument *kept, double value) {
-  *kept = (real_argument){value, (float)value};
-  if (crowd->accelerator->info.single)
-    return (device_argument)A(kept->narrow);
-  return (device_argument)A(kept->wide);
+static device_argument real_of(const thrum_crowd *crowd, device_number *kept, double value) {
+  return device_number_of(crowd->accelerator, kept, value);
 }
 
 /* An item for LANES bodies, or for each; and for each coordinate of them. */
@@ -36,7 +27,7 @@ static thrum_status run(const crowd_part *t, opencl_kernel kernel, const device_
                         uint32_t count, bool lanes, bool coordinates, thrum_error *error) {
   size_t items[2];
   items_of(t, lanes, coordinates, items);
-  return device_run(t->crowd->accelerator, kernel, arguments, count, items, NULL, error);
+  return device_run(t->crowd->accelerator, kernel, arguments, count, items, error);
 }
 
 // A' times the first `count` rows of x from `first` on
@@ -46,19 +37,17 @@ static thrum_status multiply_rows(const crowd_part *t, int64_t first, int64_t co
   const size_t items[2] = {t->bodies / (size_t)c->accelerator->wide, (size_t)(c->columns / GROUP)};
   const int32_t from = (int32_t)first, rows = (int32_t)count;
   const device_argument arguments[] = {A(c->matrix), A(c->x), A(from), A(rows), A(y)};
-  return device_run(c->accelerator, c->pass_multiply, arguments, COUNT(arguments), items, NULL,
-                    error);
+  return device_run(c->accelerator, c->pass_multiply, arguments, COUNT(arguments), items, error);
 }
 
 // q + share d, and the products of its pairs, into x
 static thrum_status products(const crowd_part *t, double share, int64_t rows, thrum_error *error) {
   thrum_crowd *c = t->crowd;
-  real_argument kept;
+  device_number kept;
   const device_argument arguments[] = {
       A(c->q), A(c->d), real_of(c, &kept, share), A(c->pair_list), A(c->x), A(t->at), A(t->count)};
   const size_t items[2] = {t->bodies / (size_t)c->accelerator->lanes, (size_t)rows};
-  return device_run(c->accelerator, c->pass_products, arguments, COUNT(arguments), items, NULL,
-                    error);
+  return device_run(c->accelerator, c->pass_products, arguments, COUNT(arguments), items, error);
 }
 
 // T and R at q + share d of a polynomial need these two products
@@ -73,7 +62,7 @@ static thrum_status multiply(const crowd_part *t, double share, opencl_buffer y3
 static thrum_status force(const crowd_part *t, double share, opencl_buffer y3, opencl_buffer y4,
                           opencl_buffer f, opencl_buffer along, thrum_error *error) {
   thrum_crowd *c = t->crowd;
-  real_argument kept;
+  device_number kept;
   const device_argument arguments[] = {
       A(c->q),  A(c->d),    real_of(c, &kept, share), A(c->omega2), A(y3), A(y4), A(f), A(along),
       A(t->at), A(t->count)};
@@ -100,8 +89,8 @@ static thrum_status point_force(const crowd_part *t, double share, opencl_buffer
   const device_argument points[] = {A(c->g),       A(c->g_along), A(c->point_moduli),
                                     A(c->weights), A(c->pull),    A(c->pull_along)};
   const size_t items[2] = {t->bodies / lanes, (size_t)c->points};
-  THRUM_TRY(device_run(c->accelerator, c->pass_points, points, COUNT(points), items, NULL, error));
-  real_argument kept;
+  THRUM_TRY(device_run(c->accelerator, c->pass_points, points, COUNT(points), items, error));
+  device_number kept;
   const device_argument arguments[] = {A(c->q),          A(c->d),      real_of(c, &kept, share),
                                        A(c->omega2),     A(c->matrix), A(c->pull),
                                        A(c->pull_along), A(f),         A(along),
@@ -158,7 +147,7 @@ static thrum_status commit(const crowd_part *t, int64_t made, thrum_error *error
 
 static thrum_status kick(const crowd_part *t, int64_t made, thrum_error *error) {
   thrum_crowd *c = t->crowd;
-  real_argument kept;
+  device_number kept;
   const device_argument arguments[] = {A(c->q),
                                        A(c->p),
                                        A(c->now),
@@ -208,7 +197,7 @@ thrum_status crowd_step_part(const crowd_part *t, int64_t made, thrum_error *err
 // see staggered_momentum.c of the core
 thrum_status crowd_shift_part(const crowd_part *t, bool back, thrum_error *error) {
   thrum_crowd *c = t->crowd;
-  real_argument kept;
+  device_number kept;
   const device_argument h = real_of(c, &kept, c->def.state.dt);
   const device_argument to[] = {A(c->p), A(c->now), A(c->load_before), A(c->drag),
                                 h,       A(t->at),  A(t->count)};

@@ -2,6 +2,7 @@
 #include "accelerator/device.h"
 
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #define LOG_MOST 4096
@@ -68,6 +69,20 @@ thrum_status device_buffer(const thrum_accelerator *a, size_t size, const void *
   return THRUM_OK;
 }
 
+thrum_status device_reals(const thrum_accelerator *a, const double *from, int64_t count,
+                          opencl_buffer *buffer, thrum_error *error) {
+  const size_t size = (size_t)count * device_real(a);
+  void *const numbers = malloc(size);
+  if (!numbers)
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for %lld numbers of the device",
+                           (long long)count);
+  for (int64_t i = 0; i < count; i++)
+    device_real_put(a, numbers, i, from[i]);
+  const thrum_status status = device_buffer(a, size, numbers, buffer, error);
+  free(numbers);
+  return status;
+}
+
 void device_release(const thrum_accelerator *a, opencl_buffer *buffer) {
   if (*buffer)
     a->cl.clReleaseMemObject(*buffer);
@@ -93,14 +108,14 @@ thrum_status device_wait(const thrum_accelerator *a, thrum_error *error) {
 }
 
 thrum_status device_run(const thrum_accelerator *a, opencl_kernel kernel,
-                        const device_argument *arguments, uint32_t count, const size_t global[2],
-                        const size_t *group, thrum_error *error) {
+                        const device_argument *arguments, uint32_t count, const size_t items[2],
+                        thrum_error *error) {
   for (uint32_t i = 0; i < count; i++) {
     const int32_t code = a->cl.clSetKernelArg(kernel, i, arguments[i].size, arguments[i].value);
     if (code != OPENCL_SUCCESS)
       return device_failure(code, "a pass is given its arrays", error);
   }
   const int32_t code =
-      a->cl.clEnqueueNDRangeKernel(a->queue, kernel, 2, NULL, global, group, 0, NULL, NULL);
+      a->cl.clEnqueueNDRangeKernel(a->queue, kernel, 2, NULL, items, NULL, 0, NULL, NULL);
   return code == OPENCL_SUCCESS ? THRUM_OK : device_failure(code, "a pass starts", error);
 }

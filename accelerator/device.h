@@ -4,6 +4,7 @@
 #define THRUM_ACCELERATOR_DEVICE_H
 
 #include <stdbool.h>
+#include <string.h>
 
 #include "accelerator/opencl.h"
 #include "thrum/accelerator.h"
@@ -32,6 +33,43 @@ static inline size_t device_real(const thrum_accelerator *accelerator) {
   return accelerator->info.single ? sizeof(float) : sizeof(double);
 }
 
+/* The largest magnitude that such a number may have. */
+static inline double device_real_most(const thrum_accelerator *accelerator) {
+  return accelerator->info.single ? 1e30 : 1e300;
+}
+
+/* Number `at` of an array of them: set, and read. */
+static inline void device_real_put(const thrum_accelerator *accelerator, void *array, int64_t at,
+                                   double value) {
+  const float narrow = (float)value;
+  const size_t size = device_real(accelerator);
+  memcpy((char *)array + (size_t)at * size,
+         accelerator->info.single ? (const void *)&narrow : (const void *)&value, size);
+}
+
+static inline double device_real_get(const thrum_accelerator *accelerator, const void *array,
+                                     int64_t at) {
+  float narrow;
+  double wide;
+  if (!accelerator->info.single) {
+    memcpy(&wide, (const char *)array + (size_t)at * sizeof wide, sizeof wide);
+    return wide;
+  }
+  memcpy(&narrow, (const char *)array + (size_t)at * sizeof narrow, sizeof narrow);
+  return (double)narrow;
+}
+
+/* One of them as an argument of a kernel, for which the caller keeps it. */
+typedef struct device_number {
+  double bytes;
+} device_number;
+
+static inline device_argument device_number_of(const thrum_accelerator *accelerator,
+                                               device_number *kept, double value) {
+  device_real_put(accelerator, &kept->bytes, 0, value);
+  return (device_argument){device_real(accelerator), &kept->bytes};
+}
+
 /* What OpenCL said, as a status with a line: what was being done, and for what. */
 thrum_status device_failure(int32_t code, const char *what, thrum_error *error);
 
@@ -43,6 +81,10 @@ thrum_status device_program(const thrum_accelerator *accelerator, const char *so
  * releases it. THRUM_OUT_OF_MEMORY with what is needed. */
 thrum_status device_buffer(const thrum_accelerator *accelerator, size_t size, const void *from,
                            opencl_buffer *buffer, thrum_error *error);
+
+/* The same of these `count` numbers, in the device's precision. */
+thrum_status device_reals(const thrum_accelerator *accelerator, const double *from, int64_t count,
+                          opencl_buffer *buffer, thrum_error *error);
 void device_release(const thrum_accelerator *accelerator, opencl_buffer *buffer);
 
 /* Copies, and waits until it is done. */
@@ -54,9 +96,9 @@ thrum_status device_read(const thrum_accelerator *accelerator, opencl_buffer buf
 /* Waits until all in the queue has ended. */
 thrum_status device_wait(const thrum_accelerator *accelerator, thrum_error *error);
 
-/* Puts a kernel into the queue over `global` items, in groups of `group` (NULL: any). */
+/* Puts a kernel into the queue over `items`. */
 thrum_status device_run(const thrum_accelerator *accelerator, opencl_kernel kernel,
-                        const device_argument *arguments, uint32_t count, const size_t global[2],
-                        const size_t *group, thrum_error *error);
+                        const device_argument *arguments, uint32_t count, const size_t items[2],
+                        thrum_error *error);
 
 #endif

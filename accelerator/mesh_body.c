@@ -80,81 +80,64 @@ void thrum_mesh_body_def_init(thrum_mesh_body_def *def, size_t size) {
 
 /* --- what is asked for ------------------------------------------------------------------------ */
 
-static thrum_status refuse(thrum_error *error, const char *field, const char *what) {
-  thrum_error_set(error, THRUM_INVALID_ARGUMENT, "%s %s", field, what);
-  if (error)
-    error->field = field;
-  return THRUM_INVALID_ARGUMENT;
-}
-
 static thrum_status check_def(const thrum_mesh_body_def *def, thrum_error *error) {
   if (def->scheme != THRUM_MESH_MIDPOINT && def->scheme != THRUM_MESH_IMPLICIT_EULER)
-    return refuse(error, "scheme", "is neither midpoint nor implicit Euler");
+    return thrum_error_set_field(error, "scheme", THRUM_INVALID_ARGUMENT,
+                                 " is neither midpoint nor implicit Euler");
   if (def->law != THRUM_MESH_STVK && def->law != THRUM_MESH_NEO_HOOKEAN)
-    return refuse(error, "law", "is neither Saint Venant-Kirchhoff nor neo-Hookean");
+    return thrum_error_set_field(error, "law", THRUM_INVALID_ARGUMENT,
+                                 " is neither Saint Venant-Kirchhoff nor neo-Hookean");
   if (!(def->dt > 0) || !isfinite(def->dt))
-    return refuse(error, "dt", "is not above 0 and finite");
+    return thrum_error_set_field(error, "dt", THRUM_INVALID_ARGUMENT, " is not above 0 and finite");
   if (!(def->damping >= 0) || !isfinite(def->damping))
-    return refuse(error, "damping", "is not 0 or more and finite");
+    return thrum_error_set_field(error, "damping", THRUM_INVALID_ARGUMENT,
+                                 " is not 0 or more and finite");
   if (!(def->tolerance >= 0) || !isfinite(def->tolerance))
-    return refuse(error, "tolerance", "is not 0 or more and finite");
+    return thrum_error_set_field(error, "tolerance", THRUM_INVALID_ARGUMENT,
+                                 " is not 0 or more and finite");
   if (!(def->solver_tolerance >= 0) || !(def->solver_tolerance < 1))
-    return refuse(error, "solver_tolerance", "is not from 0 to below 1");
+    return thrum_error_set_field(error, "solver_tolerance", THRUM_INVALID_ARGUMENT,
+                                 " is not from 0 to below 1");
   if (def->iterations < 1)
-    return refuse(error, "iterations", "is below 1");
+    return thrum_error_set_field(error, "iterations", THRUM_INVALID_ARGUMENT, " is below 1");
   if (def->solver_iterations < 1)
-    return refuse(error, "solver_iterations", "is below 1");
-  return def->reserved == 0 ? THRUM_OK : refuse(error, "reserved", "is not 0");
+    return thrum_error_set_field(error, "solver_iterations", THRUM_INVALID_ARGUMENT, " is below 1");
+  return def->reserved == 0
+             ? THRUM_OK
+             : thrum_error_set_field(error, "reserved", THRUM_INVALID_ARGUMENT, " is not 0");
 }
 
 /* --- numbers of the device -------------------------------------------------------------------- */
 
-// a buffer with these numbers in the precision of the device
-static thrum_status send_reals(const thrum_accelerator *a, const double *from, int64_t count,
-                               opencl_buffer *buffer, thrum_error *error) {
-  if (!a->info.single)
-    return device_buffer(a, (size_t)count * sizeof *from, from, buffer, error);
-  float *const narrow = malloc((size_t)count * sizeof *narrow);
-  if (!narrow)
-    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the numbers of a mesh");
-  for (int64_t i = 0; i < count; i++)
-    narrow[i] = (float)from[i];
-  const thrum_status status =
-      device_buffer(a, (size_t)count * sizeof *narrow, narrow, buffer, error);
-  free(narrow);
-  return status;
-}
-
 // a field of the caller's into an array of the device
 static thrum_status send_field(thrum_mesh_body *body, const char *name, const double *from,
                                opencl_buffer buffer, thrum_error *error) {
+  const thrum_accelerator *a = body->accelerator;
   const int64_t count = 3 * body->vertices;
-  const bool single = body->accelerator->info.single;
-  const double most = single ? 1e30 : 1e300;
+  const double most = device_real_most(a);
   for (int64_t i = 0; i < count; i++) {
     const double value = from ? from[i] : 0;
     if (!(fabs(value) <= most))
       return thrum_error_set(error, THRUM_BAD_VALUE,
                              "%s of vertex %lld is %g: it is not finite or beyond %g", name,
                              (long long)(i / 3), value, most);
-    if (single)
-      ((float *)body->staging)[i] = (float)value;
-    else
-      ((double *)body->staging)[i] = value;
+    device_real_put(a, body->staging, i, value);
   }
-  return device_write(body->accelerator, buffer, body->staging,
-                      (size_t)count * device_real(body->accelerator), error);
+  return device_write(a, buffer, body->staging, (size_t)count * device_real(a), error);
+}
+
+// so many numbers of an array of the device, by way of `raw`, which has room for them
+static thrum_status get_numbers(const thrum_accelerator *a, opencl_buffer buffer, int64_t count,
+                                void *raw, double *to, thrum_error *error) {
+  THRUM_TRY(device_read(a, buffer, raw, (size_t)count * device_real(a), error));
+  for (int64_t i = 0; i < count; i++)
+    to[i] = device_real_get(a, raw, i);
+  return THRUM_OK;
 }
 
 static thrum_status get_field(thrum_mesh_body *body, opencl_buffer buffer, double *to,
                               thrum_error *error) {
-  const int64_t count = 3 * body->vertices;
-  THRUM_TRY(device_read(body->accelerator, buffer, body->staging,
-                        (size_t)count * device_real(body->accelerator), error));
-  for (int64_t i = 0; i < count; i++)
-    to[i] = body->accelerator->info.single ? (double)((const float *)body->staging)[i]
-                                           : ((const double *)body->staging)[i];
-  return THRUM_OK;
+  return get_numbers(body->accelerator, buffer, 3 * body->vertices, body->staging, to, error);
 }
 
 /* --- a body's life ---------------------------------------------------------------------------- */
@@ -170,12 +153,12 @@ static thrum_status send_mesh(thrum_mesh_body *body, const thrum_model *model, c
       device_buffer(a, (size_t)m->vertices * index, m->around_ends, &body->around_ends, error));
   THRUM_TRY(device_buffer(a, (size_t)m->vertices * index, m->mass_ends, &body->mass_ends, error));
   THRUM_TRY(device_buffer(a, (size_t)masses * index, m->mass_columns, &body->mass_columns, error));
-  THRUM_TRY(send_reals(a, m->mass, masses, &body->mass, error));
-  THRUM_TRY(send_reals(a, m->gradients, 9 * m->tets, &body->gradients, error));
-  THRUM_TRY(send_reals(a, m->volume, m->tets, &body->volume, error));
-  THRUM_TRY(send_reals(a, m->moduli, 2 * m->tets, &body->moduli, error));
-  THRUM_TRY(send_reals(a, m->slopes, 3 * (int64_t)m->nodes * m->points, &body->slopes, error));
-  THRUM_TRY(send_reals(a, m->shares, m->points, &body->shares, error));
+  THRUM_TRY(device_reals(a, m->mass, masses, &body->mass, error));
+  THRUM_TRY(device_reals(a, m->gradients, 9 * m->tets, &body->gradients, error));
+  THRUM_TRY(device_reals(a, m->volume, m->tets, &body->volume, error));
+  THRUM_TRY(device_reals(a, m->moduli, 2 * m->tets, &body->moduli, error));
+  THRUM_TRY(device_reals(a, m->slopes, 3 * (int64_t)m->nodes * m->points, &body->slopes, error));
+  THRUM_TRY(device_reals(a, m->shares, m->points, &body->shares, error));
 
   // what is held, and the diagonal by which conjugate gradients scale
   uint8_t *const fixed = calloc((size_t)m->vertices, 1);
@@ -191,7 +174,7 @@ static thrum_status send_mesh(thrum_mesh_body *body, const thrum_model *model, c
     const double entry = body->a * m->diagonal_mass[i] + body->share * m->diagonal_stiffness[i];
     body->field[i] = entry > 0 ? entry : 1; // a vertex that no tetrahedron has does not move
   }
-  return send_reals(a, body->field, 3 * m->vertices, &body->diagonal, error);
+  return device_reals(a, body->field, 3 * m->vertices, &body->diagonal, error);
 }
 
 static thrum_status make_fields(thrum_mesh_body *body, const device_mesh *m, thrum_error *error) {
@@ -310,24 +293,15 @@ void thrum_mesh_body_destroy(thrum_mesh_body *body) {
 
 #define A(x) DEVICE_ARGUMENT(x)
 
-// a real argument takes the precision of the device
-typedef struct real_argument {
-  double wide;
-  float narrow;
-} real_argument;
-
-static device_argument real_of(const thrum_mesh_body *body, real_argument *kept, double value) {
-  *kept = (real_argument){value, (float)value};
-  if (body->accelerator->info.single)
-    return (device_argument)A(kept->narrow);
-  return (device_argument)A(kept->wide);
+static device_argument real_of(const thrum_mesh_body *body, device_number *kept, double value) {
+  return device_number_of(body->accelerator, kept, value);
 }
 
 static thrum_status run(const thrum_mesh_body *body, opencl_kernel kernel,
                         const device_argument *arguments, uint32_t count, int64_t items,
                         thrum_error *error) {
   const size_t global[2] = {(size_t)items, 1};
-  return device_run(body->accelerator, kernel, arguments, count, global, NULL, error);
+  return device_run(body->accelerator, kernel, arguments, count, global, error);
 }
 
 #define RUN(body, name, items, ...)                                                                \
@@ -344,14 +318,14 @@ static thrum_status elements(thrum_mesh_body *b, opencl_buffer x, int32_t change
 
 static thrum_status blend(thrum_mesh_body *b, opencl_buffer x, opencl_buffer y, double share,
                           opencl_buffer out, thrum_error *error) {
-  real_argument kept;
+  device_number kept;
   const device_argument by = real_of(b, &kept, share);
   return RUN(b, blend, 3 * b->vertices, A(x), A(y), by, A(out));
 }
 
 static thrum_status scale(thrum_mesh_body *b, opencl_buffer x, double share, opencl_buffer out,
                           thrum_error *error) {
-  real_argument kept;
+  device_number kept;
   const device_argument by = real_of(b, &kept, share);
   return RUN(b, scale, 3 * b->vertices, A(x), by, A(out));
 }
@@ -364,21 +338,17 @@ static thrum_status sums(thrum_mesh_body *b, opencl_buffer x, opencl_buffer y, t
 // the same, for the host
 static thrum_status product_of(thrum_mesh_body *b, opencl_buffer x, opencl_buffer y,
                                double *product, thrum_error *error) {
-  union {
-    double wide[SUMS];
-    float narrow[SUMS];
-  } parts;
+  double raw[SUMS], parts[SUMS];
   THRUM_TRY(sums(b, x, y, error));
-  THRUM_TRY(
-      device_read(b->accelerator, b->sums, &parts, SUMS * device_real(b->accelerator), error));
+  THRUM_TRY(get_numbers(b->accelerator, b->sums, SUMS, raw, parts, error));
   *product = 0;
   for (int i = 0; i < SUMS; i++)
-    *product += b->accelerator->info.single ? (double)parts.narrow[i] : parts.wide[i];
+    *product += parts[i];
   return THRUM_OK;
 }
 
 static thrum_status residual(thrum_mesh_body *b, thrum_error *error) {
-  real_argument kept_a, kept_b;
+  device_number kept_a, kept_b;
   const device_argument by_a = real_of(b, &kept_a, b->a), by_b = real_of(b, &kept_b, b->b);
   THRUM_TRY(blend(b, b->u, b->d, b->share, b->place, error));
   THRUM_TRY(elements(b, b->d, 0, error));
@@ -392,7 +362,7 @@ static thrum_status residual(thrum_mesh_body *b, thrum_error *error) {
 // one iteration, which does nothing once they have ended
 static thrum_status iterate(thrum_mesh_body *b, thrum_error *error) {
   const int64_t n = 3 * b->vertices;
-  real_argument kept_a, kept_b, kept;
+  device_number kept_a, kept_b, kept;
   const device_argument by_a = real_of(b, &kept_a, b->a), by_b = real_of(b, &kept_b, b->share);
   const device_argument tolerance = real_of(b, &kept, b->def.solver_tolerance);
   THRUM_TRY(elements(b, b->p, 1, error));
@@ -409,13 +379,8 @@ static thrum_status iterate(thrum_mesh_body *b, thrum_error *error) {
 }
 
 static thrum_status read_numbers(thrum_mesh_body *b, double numbers[NUMBERS], thrum_error *error) {
-  float narrow[NUMBERS];
-  if (!b->accelerator->info.single)
-    return device_read(b->accelerator, b->numbers, numbers, NUMBERS * sizeof *numbers, error);
-  THRUM_TRY(device_read(b->accelerator, b->numbers, narrow, sizeof narrow, error));
-  for (int i = 0; i < NUMBERS; i++)
-    numbers[i] = (double)narrow[i];
-  return THRUM_OK;
+  double raw[NUMBERS];
+  return get_numbers(b->accelerator, b->numbers, NUMBERS, raw, numbers, error);
 }
 
 // the correction for the residual r; *ended: to the tolerance, not by a matrix that is not positive

@@ -30,7 +30,7 @@ thrum_status accelerator_peak_run(const thrum_accelerator *a, double *operations
   if (status == THRUM_OK) {
     const int32_t rounds = ROUNDS;
     const device_argument arguments[] = {DEVICE_ARGUMENT(out), DEVICE_ARGUMENT(rounds)};
-    status = device_run(a, kernel, arguments, 2, items, NULL, error);
+    status = device_run(a, kernel, arguments, 2, items, error);
     if (status == THRUM_OK)
       status = device_wait(a, error);
     device_release(a, &out);
