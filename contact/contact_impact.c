@@ -534,10 +534,11 @@ static void pass_all(const thrum_impact_rows *rows, double time) {
 
 /* Gives a row to all that wait without one, and may bear; returns whether there was any. */
 static bool wake(const thrum_impact_rows *rows) {
-  bool any = rows->pairs != NULL && thrum_pairs_wake(rows->pairs, true) > 0;
+  if (rows->pairs != NULL)
+    return thrum_pairs_wake_all(rows->pairs, true);
+  bool any = false;
   for (int64_t n = 0; n < rows->count; n++)
-    if (rows->pairs == NULL || thrum_pairs_steps(rows->pairs, n))
-      any = thrum_contact_wake(rows->runs + n, true) || any;
+    any = thrum_contact_wake(rows->runs + n, true) || any;
   return any;
 }
 

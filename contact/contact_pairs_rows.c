@@ -22,6 +22,7 @@
 #include "contact/contact_pairs_private.h"
 #include "contact/contact_pairs_search.h"
 #include "contact/contact_point.h"
+#include "contact/contact_rows.h"
 
 #define DEEPEST 0.5 /* of the thickness: springs push up to here whatever restitution says */
 
@@ -367,6 +368,14 @@ int64_t thrum_pairs_wake(thrum_pairs_run *run, bool all) {
       run->view.idle[run->idle_count++] = index;
   }
   return run->row_count > had ? begin_rows(run, had) : 0;
+}
+
+bool thrum_pairs_wake_all(thrum_pairs_run *run, bool all) {
+  bool any = thrum_pairs_wake(run, all) > 0;
+  for (int64_t n = 0; n < run->count; n++)
+    if (thrum_pairs_steps(run, n))
+      any = thrum_contact_wake(run->view.runs + n, all) || any;
+  return any;
 }
 
 void thrum_pairs_release(thrum_pairs_run *run) {

@@ -14,6 +14,10 @@ int64_t thrum_pairs_add_rows(thrum_pairs_run *run);
  * now, or of all that wait; returns how many. */
 int64_t thrum_pairs_wake(thrum_pairs_run *run, bool all);
 
+/* The same with the rows that members have with their own obstacles; returns whether there was any.
+ */
+bool thrum_pairs_wake_all(thrum_pairs_run *run, bool all);
+
 /* The levers and responses of all rows for the rotations predicted now. */
 void thrum_pairs_refresh(thrum_pairs_run *run);
 

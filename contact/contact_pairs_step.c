@@ -290,8 +290,7 @@ static void prepare_all(thrum_pairs_run *run, thrum_status *first, thrum_error *
 /* The thickness that a member keeps from others like it [m]. */
 static double thickness_of(const thrum_pairs_run *run, int64_t member) {
   const thrum_skin *skin = run->members[member].skin;
-  return run->pairs->thickness > 0.0 ? run->pairs->thickness
-                                     : thrum_pairs_thickness(run->pairs, skin, skin);
+  return thrum_pairs_thickness(run->pairs, skin, skin);
 }
 
 /* Searches of a member that moves go by its way without contact: what it has left does not hold it
@@ -370,19 +369,10 @@ static void solve_rows(thrum_pairs_run *run) {
   }
 }
 
-/* Gives rows to what waits and closes, or to all of it; returns whether there was any. */
-static bool wake(thrum_pairs_run *run, bool all) {
-  bool any = thrum_pairs_wake(run, all) > 0;
-  for (int64_t n = 0; n < run->count; n++)
-    if (thrum_pairs_steps(run, n))
-      any = thrum_contact_wake(run->view.runs + n, all) || any;
-  return any;
-}
-
 /* The same, until nothing closes that has no row: at last all have one. */
 static void solve(thrum_pairs_run *run) {
   solve_rows(run);
-  for (int n = 1; !run->closing && wake(run, n == REPEATS_MAX); n++)
+  for (int n = 1; !run->closing && thrum_pairs_wake_all(run, n == REPEATS_MAX); n++)
     solve_rows(run);
 }
 
@@ -560,7 +550,7 @@ static void again(thrum_pairs_run *run, int attempt) {
   const bool spun = has_spun(run);
   run->history->redone++;
   run->again = true;
-  wake(run, true);
+  thrum_pairs_wake_all(run, true);
 
   // each body goes back, and its own touches ask for as much less as the pairs do
   for (int64_t n = 0; n < run->count; n++) {
