@@ -72,34 +72,20 @@ static double entry(const thrum_linear_step *step, int32_t vertex, const double 
   return direction[0] * rows[i] + direction[1] * rows[n + i] + direction[2] * rows[2 * n + i];
 }
 
-static double along(const thrum_linear_step *step, const thrum_contact_slope *slope,
-                    const double *v) {
+/* That row times v. */
+static double row_dot(const thrum_linear_step *step, const thrum_contact_slope *slope,
+                      const double direction[3], const double *v) {
   double sum = 0.0;
   for (int64_t i = 0; i < step->rank; i++)
-    sum += entry(step, slope->vertex, slope->along, i) * v[i];
+    sum += entry(step, slope->vertex, direction, i) * v[i];
   return sum;
 }
 
-/* b v */
-static double pushed(const thrum_linear_step *step, const thrum_contact_slope *slope,
-                     const double *v) {
-  double sum = 0.0;
+/* to += by times that row */
+static void add_row(const thrum_linear_step *step, const thrum_contact_slope *slope,
+                    const double direction[3], double by, double *to) {
   for (int64_t i = 0; i < step->rank; i++)
-    sum += entry(step, slope->vertex, slope->push, i) * v[i];
-  return sum;
-}
-
-/* to += by b */
-static void add_push(const thrum_linear_step *step, const thrum_contact_slope *slope, double by,
-                     double *to) {
-  for (int64_t i = 0; i < step->rank; i++)
-    to[i] += by * entry(step, slope->vertex, slope->push, i);
-}
-
-static void add_along(const thrum_linear_step *step, const thrum_contact_slope *slope, double by,
-                      double *to) {
-  for (int64_t i = 0; i < step->rank; i++)
-    to[i] += by * entry(step, slope->vertex, slope->along, i);
+    to[i] += by * entry(step, slope->vertex, direction, i);
 }
 
 /* --- laws ------------------------------------------------------------------------------------- */
@@ -439,7 +425,8 @@ void thrum_contact_slopes_pull(thrum_linear_step *step, const thrum_made_step *m
 
   // from the forces to the displacement that they were predicted from
   for (int64_t k = 0; k < of->count; k++)
-    add_along(step, slopes + k, -slopes[k].rate * pushed(step, slopes + k, bar), y);
+    add_row(step, slopes + k, slopes[k].along,
+            -slopes[k].rate * row_dot(step, slopes + k, slopes[k].push, bar), y);
   if (!factor(step, of, slopes)) {
     for (int64_t i = 0; i < n; i++)
       change->q[i] = NAN;
@@ -449,9 +436,10 @@ void thrum_contact_slopes_pull(thrum_linear_step *step, const thrum_made_step *m
   for (int64_t i = 0; i < n; i++)
     answer[i] = weight_of(step, i) * y[i];
   for (int64_t k = 0; k < of->count; k++) {
-    const double by = pushed(step, slopes + k, bar) + pushed(step, slopes + k, answer);
-    add_along(step, slopes + k, slopes[k].by_q * by, change->q);
-    add_along(step, slopes + k, slopes[k].by_p * by, change->p);
+    const double by = row_dot(step, slopes + k, slopes[k].push, bar) +
+                      row_dot(step, slopes + k, slopes[k].push, answer);
+    add_row(step, slopes + k, slopes[k].along, slopes[k].by_q * by, change->q);
+    add_row(step, slopes + k, slopes[k].along, slopes[k].by_p * by, change->p);
   }
 
   // and on to what the prediction is made of
@@ -477,10 +465,10 @@ void thrum_contact_slopes_push(thrum_linear_step *step, const thrum_made_step *m
   thrum_tangent_product(step->model, made->q, change->q, product, step->work);
   memset(forces, 0, (size_t)n * sizeof *forces);
   for (int64_t k = 0; k < of->count; k++)
-    add_push(step, slopes + k,
-             slopes[k].by_q * along(step, slopes + k, change->q) +
-                 slopes[k].by_p * along(step, slopes + k, change->p),
-             forces);
+    add_row(step, slopes + k, slopes[k].push,
+            slopes[k].by_q * row_dot(step, slopes + k, slopes[k].along, change->q) +
+                slopes[k].by_p * row_dot(step, slopes + k, slopes[k].along, change->p),
+            forces);
   for (int64_t i = 0; i < n; i++) {
     const double right =
         step->kappa[i] * h * change->p[i] +
@@ -494,7 +482,8 @@ void thrum_contact_slopes_push(thrum_linear_step *step, const thrum_made_step *m
   else
     d[0] = NAN;
   for (int64_t k = 0; k < of->count; k++)
-    add_push(step, slopes + k, -slopes[k].rate * along(step, slopes + k, d), forces);
+    add_row(step, slopes + k, slopes[k].push,
+            -slopes[k].rate * row_dot(step, slopes + k, slopes[k].along, d), forces);
   for (int64_t i = 0; i < n; i++)
     change->force[i] += forces[i];
 }

@@ -417,6 +417,15 @@ static double *share_at(const thrum_linear_step *step, thrum_step_change *change
   return step->model->actuator_kind[of->actuator] == THRUM_ACTUATOR_GAS ? &change->gas : NULL;
 }
 
+/* The next share that is one, from *next on; NULL: there is none left. */
+static double *next_share(const thrum_linear_step *step, thrum_step_change *change, int64_t *next,
+                          share *of) {
+  double *found = NULL;
+  while (!found && *next < share_count(step, change))
+    found = share_at(step, change, (*next)++, of);
+  return found;
+}
+
 /* --- the implicit steps ----------------------------------------------------------------------- */
 
 /* to += by B v, or of the transpose. */
@@ -489,10 +498,8 @@ static void pull_implicit(thrum_linear_step *step, const thrum_made_step *made,
   change->stiffness += missed != 0.0 ? missed * step->missed : 0.0;
   thrum_linear_solve_transposed(step->jacobian, n, step->rows, step->w);
   share of;
-  for (int64_t g = 0; g < share_count(step, change); g++) {
-    double *to = share_at(step, change, g, &of);
-    if (!to)
-      continue;
+  double *to;
+  for (int64_t next = 0; (to = next_share(step, change, &next, &of)) != NULL;) {
     put_share(step, made, &of);
     *to += 2.0 / h * dot(p, step->part_kappa, n) - dot(w, step->part_y, n) +
            missed * step->part_missed;
@@ -534,9 +541,9 @@ static void push_implicit(thrum_linear_step *step, const thrum_made_step *made,
   memset(step->x, 0, (size_t)n * sizeof(double));
   double missed = is_scaled(step) ? s * step->missed + dot(step->sigma_q, q, n) : 0.0;
   share of;
-  for (int64_t g = 0; g < share_count(step, change); g++) {
-    const double *by = share_at(step, change, g, &of);
-    if (!by || *by == 0.0)
+  const double *by;
+  for (int64_t next = 0; (by = next_share(step, change, &next, &of)) != NULL;) {
+    if (*by == 0.0)
       continue;
     put_share(step, made, &of);
     for (int64_t i = 0; i < n; i++) {
@@ -548,10 +555,10 @@ static void push_implicit(thrum_linear_step *step, const thrum_made_step *made,
   thrum_linear_solve(step->jacobian, n, step->rows, step->w);
 
   for (int64_t i = 0; i < n; i++) {
-    const double by = 2.0 / h;
     q[i] += step->w[i];
-    p[i] = by * (step->kappa[i] * step->w[i] + s * thrum_linear_step_kappa(step, i) * d[i] +
-                 step->x[i]) -
+    p[i] = 2.0 / h *
+               (step->kappa[i] * step->w[i] + s * thrum_linear_step_kappa(step, i) * d[i] +
+                step->x[i]) -
            p[i];
   }
   if (is_scaled(step))
@@ -583,10 +590,8 @@ static void pull_newmark(const thrum_linear_step *step, const thrum_made_step *m
   }
   add_product(step->start.tangent, -1.0, a, n, q);
   share of;
-  for (int64_t g = 0; g < share_count(step, change); g++) {
-    double *to = share_at(step, change, g, &of);
-    if (!to)
-      continue;
+  double *to;
+  for (int64_t next = 0; (to = next_share(step, change, &next, &of)) != NULL;) {
     put_share_ends(step, made, &of);
     *to -= dot(w, step->part_end, n) + dot(a, step->part_start, n);
   }
@@ -597,9 +602,9 @@ static void put_part_sum(const thrum_linear_step *step, const thrum_made_step *m
                          thrum_step_change *change, bool at_end) {
   memset(step->y, 0, (size_t)step->rank * sizeof(double));
   share of;
-  for (int64_t g = 0; g < share_count(step, change); g++) {
-    const double *by = share_at(step, change, g, &of);
-    if (!by || *by == 0.0)
+  const double *by;
+  for (int64_t next = 0; (by = next_share(step, change, &next, &of)) != NULL;) {
+    if (*by == 0.0)
       continue;
     put_share_ends(step, made, &of);
     const double *end = at_end ? step->part_end : step->part_start;
@@ -667,10 +672,8 @@ static void pull_verlet(const thrum_linear_step *step, const thrum_made_step *ma
   }
   memcpy(step->kept, kicked, (size_t)n * sizeof *kicked);
   share of;
-  for (int64_t g = 0; g < share_count(step, change); g++) {
-    double *to = share_at(step, change, g, &of);
-    if (!to)
-      continue;
+  double *to;
+  for (int64_t next = 0; (to = next_share(step, change, &next, &of)) != NULL;) {
     put_share_ends(step, made, &of);
     *to -= 0.5 * h * (dot(last, step->part_end, n) + dot(kicked, step->part_start, n));
   }
