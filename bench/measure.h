@@ -33,8 +33,11 @@ thrum_status bench_step_run(const thrum_model *model, bench_step *bench, thrum_e
 /* Refuses more implicit modes than there are. */
 thrum_status bench_check_implicit(int64_t rank, int64_t wanted, thrum_error *error);
 
-/* def.dt for the implicit modes wanted; the state at its start. */
+/* def.dt for the implicit modes wanted; the momentum (rank) of the state at its start; the state
+ * there. */
 thrum_status bench_step_choose_dt(const thrum_model *model, bench_step *bench, thrum_error *error);
+thrum_status bench_step_momentum(const thrum_model *model, const bench_step *bench, double *p,
+                                 thrum_error *error);
 thrum_status bench_step_start(const thrum_model *model, const bench_step *bench, thrum_state *state,
                               thrum_error *error);
 

@@ -23,11 +23,7 @@ typedef struct throng {
 // bodies swing by half of the swing up to all of it
 static thrum_status place(const thrum_model *model, bench_accelerator *bench, throng *t,
                           thrum_error *error) {
-  thrum_state *state;
-  THRUM_TRY(thrum_state_create(model, &bench->step.def, &state, error));
-  thrum_status status = bench_step_start(model, &bench->step, state, error);
-  THRUM_THEN(status, thrum_state_get(model, state, NULL, t->start, error));
-  thrum_state_destroy(state);
+  const thrum_status status = bench_step_momentum(model, &bench->step, t->start, error);
   for (int64_t n = bench->bodies - 1; n >= 0; n--)
     for (int64_t i = 0; i < model->rank; i++)
       t->start[n * model->rank + i] =

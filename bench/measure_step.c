@@ -38,6 +38,16 @@ thrum_status bench_step_choose_dt(const thrum_model *model, bench_step *bench, t
   return THRUM_OK;
 }
 
+thrum_status bench_step_momentum(const thrum_model *model, const bench_step *bench, double *p,
+                                 thrum_error *error) {
+  thrum_state *state;
+  THRUM_TRY(thrum_state_create(model, &bench->def, &state, error));
+  thrum_status status = bench_step_start(model, bench, state, error);
+  THRUM_THEN(status, thrum_state_get(model, state, NULL, p, error));
+  thrum_state_destroy(state);
+  return status;
+}
+
 /* Starts the body from its rest position with the speed that would bring the first mode alone to
  * the swing. So the body bends freely, where a displaced mode would be stretched. */
 thrum_status bench_step_start(const thrum_model *model, const bench_step *bench, thrum_state *state,

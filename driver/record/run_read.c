@@ -29,9 +29,20 @@
 
 #define FOLDERS_UP 32 /* above a run, in which files that it names are looked for */
 
-static void join(recorded_path path, const char *folder, const char *name) {
-  snprintf(path, sizeof(recorded_path), "%s%s%.250s", folder,
+void recorded_path_join(recorded_path path, const char *folder, const char *name) {
+  snprintf(path, sizeof(recorded_path), "%.*s%s%.250s", RUN_PATH_MAX, folder,
            folder[strlen(folder) - 1] == '/' ? "" : "/", name);
+}
+
+bool recorded_folder_holds(const char *folder, const char *const *names, size_t count,
+                           const char *path) {
+  bool holds = false;
+  for (size_t n = 0; n < count && !holds; n++) {
+    recorded_path file;
+    recorded_path_join(file, folder, names[n]);
+    holds = path_same_file(path, file);
+  }
+  return holds;
 }
 
 bool is_run_folder(const char *path) {
@@ -63,20 +74,15 @@ void recorded_run_free(recorded_run *run) {
 
 bool recorded_run_holds(const char *folder, const recorded_run *run, const char *path) {
   static const char *const names[] = {RUN_JSON, "energy.csv", "q.npy", RUN_PLACEMENTS};
-  for (size_t n = 0; n < sizeof names / sizeof *names; n++) {
-    recorded_path file;
-    join(file, folder, names[n]);
-    if (path_same_file(path, file))
-      return true;
-  }
-  return path_same_file(path, run->model_path);
+  return recorded_folder_holds(folder, names, sizeof names / sizeof *names, path) ||
+         path_same_file(path, run->model_path);
 }
 
 /* The times and energies of energy.csv, one for each row of q. */
 static thrum_status read_energies(const char *folder, recorded_run *run, thrum_error *error) {
   recorded_path path;
   thrum_text text = {0};
-  join(path, folder, "energy.csv");
+  recorded_path_join(path, folder, "energy.csv");
   THRUM_TRY(thrum_text_open(path, 0, ',', &text, error));
 
   // the times belong to the rows of q, which are counted already
@@ -240,7 +246,7 @@ thrum_status recorded_model_load(const char *folder, const char *name, const mod
 static thrum_status read_json(const char *folder, cJSON **object, const char **model,
                               model_hash *hash, thrum_error *error) {
   recorded_path path;
-  join(path, folder, RUN_JSON);
+  recorded_path_join(path, folder, RUN_JSON);
   THRUM_TRY(json_file_read(path, object, error));
   // a mesh is named beside the model that was made of it
   *model = json_text_of(*object, "model_file");
@@ -255,7 +261,7 @@ static thrum_status read_json(const char *folder, cJSON **object, const char **m
 static thrum_status read_q(const char *folder, const cJSON *object, recorded_run *run,
                            thrum_error *error) {
   recorded_path path;
-  join(path, folder, "q.npy");
+  recorded_path_join(path, folder, "q.npy");
   THRUM_TRY(thrum_npy_read_f8(path, &run->q, &run->rows, &run->rank, error));
 
   // a file with other columns is not the one that this run wrote
@@ -330,7 +336,7 @@ thrum_status recorded_run_read(const char *path, const char *model, recorded_run
   cJSON_Delete(object);
   THRUM_THEN(status, read_energies(path, &read, error));
   recorded_path places;
-  join(places, path, RUN_PLACEMENTS);
+  recorded_path_join(places, path, RUN_PLACEMENTS);
   if (status >= 0 && moves)
     status = run_placements_read(places, read.rows, &read.places, error);
 
@@ -344,7 +350,7 @@ thrum_status recorded_run_read(const char *path, const char *model, recorded_run
 /* Refuses a series that is not there. */
 static thrum_status check_series(const char *folder, const char *name, thrum_error *error) {
   recorded_path path;
-  join(path, folder, name);
+  recorded_path_join(path, folder, name);
   if (is_file(path) && access(path, R_OK) == 0)
     return THRUM_OK;
   return thrum_error_set(error, THRUM_MISSING,

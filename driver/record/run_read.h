@@ -66,6 +66,13 @@ void recorded_run_free(recorded_run *run);
  * not loaded where its bytes are those of the run. Otherwise what is missing. */
 thrum_status recorded_run_check(const char *folder, thrum_error *error);
 
+/* The file of a folder. */
+void recorded_path_join(recorded_path path, const char *folder, const char *name);
+
+/* Is `path` one of these files of the folder, by whatever name? */
+bool recorded_folder_holds(const char *folder, const char *const *names, size_t count,
+                           const char *path);
+
 /* Was the run in the folder read from this file? Nothing may be written there. */
 bool recorded_run_holds(const char *folder, const recorded_run *run, const char *path);
 

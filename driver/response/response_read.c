@@ -19,14 +19,10 @@
 /* Columns of response.csv that are read; the last one is there where there is a target. */
 enum { COLUMN_KIND = 1, COLUMN_FREQUENCY = 2, COLUMN_UNSTABLE = 3, COLUMN_PEAK = 12 };
 
-static void join(recorded_path path, const char *folder, const char *name) {
-  snprintf(path, sizeof(recorded_path), "%.*s/%s", RUN_PATH_MAX, folder, name);
-}
-
 bool is_curve_folder(const char *path) {
   recorded_path file;
   struct stat info;
-  join(file, path, RESPONSE_JSON);
+  recorded_path_join(file, path, RESPONSE_JSON);
   return stat(file, &info) == 0 && S_ISREG(info.st_mode);
 }
 
@@ -44,13 +40,8 @@ void recorded_curve_free(recorded_curve *curve) {
 bool recorded_curve_holds(const char *folder, const recorded_curve *curve, const char *path) {
   static const char *const names[] = {RESPONSE_JSON, RESPONSE_CSV, RESPONSE_COEFFICIENTS,
                                       RESPONSE_MOTIONS};
-  for (size_t n = 0; n < sizeof names / sizeof *names; n++) {
-    recorded_path file;
-    join(file, folder, names[n]);
-    if (path_same_file(path, file))
-      return true;
-  }
-  return path_same_file(path, curve->model_path);
+  return recorded_folder_holds(folder, names, sizeof names / sizeof *names, path) ||
+         path_same_file(path, curve->model_path);
 }
 
 /* Column n of a line, between commas; empty where the line ends before it. */
@@ -94,7 +85,7 @@ static thrum_status read_rows(const char *folder, recorded_curve *curve, thrum_e
   THRUM_TRY(
       thrum_reserve(&curve->unstable, curve->rows, sizeof *curve->unstable, "the curve", error));
   THRUM_TRY(thrum_reserve(&curve->kind, curve->rows, sizeof *curve->kind, "the curve", error));
-  join(path, folder, RESPONSE_CSV);
+  recorded_path_join(path, folder, RESPONSE_CSV);
   THRUM_TRY(thrum_text_open(path, 0, 0, &text, error));
   thrum_text_next_line(&text); // names
 
@@ -130,7 +121,7 @@ static thrum_status read_motions(const char *folder, const cJSON *object, record
   const double rank = (double)curve->model->rank, moving = json_number_of(object, "coordinates");
   recorded_path path;
   int64_t columns = 0;
-  join(path, folder, moving < rank ? RESPONSE_MOTIONS : RESPONSE_COEFFICIENTS);
+  recorded_path_join(path, folder, moving < rank ? RESPONSE_MOTIONS : RESPONSE_COEFFICIENTS);
   THRUM_TRY(thrum_npy_read_f8(path, &curve->motion, &curve->rows, &columns, error));
 
   // an odd number of terms for each coordinate: the mean, cosines and sines
@@ -153,7 +144,7 @@ thrum_status recorded_curve_read(const char *path, recorded_curve *curve, thrum_
   recorded_path file;
   cJSON *object = NULL;
   model_hash hash = {0};
-  join(file, path, RESPONSE_JSON);
+  recorded_path_join(file, path, RESPONSE_JSON);
   THRUM_TRY(json_file_read(file, &object, error));
   const char *name = json_text_of(object, "model");
   const double periods = json_number_of(object, "periods");

@@ -82,6 +82,15 @@ static void node_at(const thrum_fem *fem, const thrum_actuator_surface *s, const
   }
 }
 
+/* The nodes of face f, and where they are at u. */
+static const int32_t *face_nodes(const thrum_fem *fem, const thrum_actuator_surface *s,
+                                 const double *u, int64_t f, double nodes[THRUM_FACE_NODES][3]) {
+  const int32_t *face = s->faces + f * s->nodes;
+  for (int a = 0; a < s->nodes; a++)
+    node_at(fem, s, u, face[a], nodes[a]);
+  return face;
+}
+
 /* Adds a vector at a node. */
 static void add_at(const thrum_fem *fem, const thrum_actuator_surface *s, int64_t node,
                    const double vector[3], double by, double *field) {
@@ -121,10 +130,8 @@ static double volume_at(const thrum_fem *fem, const thrum_actuator_surface *s, c
   const int count = thrum_face_points(s->nodes, points);
   double sum = 0;
   for (int64_t f = 0; f < s->face_count; f++) {
-    const int32_t *face = s->faces + f * s->nodes;
     double nodes[THRUM_FACE_NODES][3];
-    for (int a = 0; a < s->nodes; a++)
-      node_at(fem, s, u, face[a], nodes[a]);
+    const int32_t *face = face_nodes(fem, s, u, f, nodes);
     for (int p = 0; p < count; p++) {
       const face_at at = face_at_point(s, nodes, &points[p]);
       sum -= points[p].weight * thrum_dot3(at.weighed, at.normal);
@@ -151,10 +158,8 @@ static void push_faces(const thrum_fem *fem, const thrum_actuator_surface *s, co
   thrum_face_point points[THRUM_FACE_POINTS];
   const int count = thrum_face_points(s->nodes, points);
   for (int64_t f = 0; f < s->face_count; f++) {
-    const int32_t *face = s->faces + f * s->nodes;
     double nodes[THRUM_FACE_NODES][3];
-    for (int a = 0; a < s->nodes; a++)
-      node_at(fem, s, u, face[a], nodes[a]);
+    const int32_t *face = face_nodes(fem, s, u, f, nodes);
     for (int p = 0; p < count; p++) {
       const face_at at = face_at_point(s, nodes, &points[p]);
       for (int a = 0; a < s->nodes; a++)
@@ -229,10 +234,8 @@ static void add_surface_stiffness(const thrum_fem *fem, const thrum_actuator_sur
   thrum_face_point points[THRUM_FACE_POINTS];
   const int count = thrum_face_points(s->nodes, points);
   for (int64_t f = 0; f < s->face_count; f++) {
-    const int32_t *face = s->faces + f * s->nodes;
     double nodes[THRUM_FACE_NODES][3];
-    for (int a = 0; a < s->nodes; a++)
-      node_at(fem, s, u, face[a], nodes[a]);
+    const int32_t *face = face_nodes(fem, s, u, f, nodes);
     for (int p = 0; p < count; p++) {
       const face_at at = face_at_point(s, nodes, &points[p]);
       for (int a = 0; a < s->nodes; a++)

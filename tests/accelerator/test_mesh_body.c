@@ -16,6 +16,7 @@
 #include "mesh/midsides.h"
 #include "precompute/fem/fem.h"
 #include "precompute/full/full.h"
+#include "tests/support/mesh_model.h"
 #include "thrum/accelerator.h"
 
 /* A model that is a mesh of rubber, held at x = 0; two vectors for each vertex. */
@@ -47,15 +48,7 @@ static void body_make(body *b, bool quadratic) {
     b->load[3 * v + 1] = 9.0 / (double)vertices;
   }
   memcpy(b->material, (const double[3]){1e5, 0.3, 1000}, sizeof b->material);
-  b->model = (thrum_model){.vertex_count = b->mesh.vertex_count,
-                           .tet_count = b->mesh.tet_count,
-                           .region_count = 1,
-                           .vertices = b->mesh.vertices,
-                           .tets = b->mesh.tets,
-                           .midsides = b->mesh.midsides,
-                           .tet_region = b->mesh.tet_region,
-                           .material = b->material,
-                           .fixed = b->fixed};
+  b->model = mesh_model(&b->mesh, b->material, b->fixed);
 }
 
 static void body_free(body *b) {

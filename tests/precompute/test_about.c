@@ -1,5 +1,6 @@
 /* Models about a state: energy, force and polynomial are those beyond it, and the frequencies of a
  * string, of a heated plate and of a column by closed form. SPDX-License-Identifier: Apache-2.0 */
+#include "tests/support/monomials.h"
 #include "tests/support/precompute_support.h"
 
 #include "driver/make/about.h"
@@ -30,21 +31,6 @@ static void find(body *b, const char *text) {
   thrum_error error = {0};
   if (about_find(text, b->fixed, &b->mesh, &error) < 0)
     fail_msg("%s", error.message);
-}
-
-static double polynomial_of(const thrum_model *model, const double *q) {
-  double v = 0;
-  const int64_t r = model->rank;
-  for (int64_t i = 0; i < r; i++)
-    v += model->omega2[i] * q[i] * q[i] / 2;
-  for (int64_t i = 0; i < r; i++)
-    for (int64_t j = i; j < r; j++)
-      for (int64_t k = j; k < r; k++) {
-        v += model->c3[thrum_c3_index(r, i, j, k)] * q[i] * q[j] * q[k];
-        for (int64_t l = k; l < r; l++)
-          v += model->c4[thrum_c4_index(r, i, j, k, l)] * q[i] * q[j] * q[k] * q[l];
-      }
-  return v;
 }
 
 /* V(q) = W(u0 + U q) - W(u0) - R(u0) . U q, W the energy of the body without the state; and the

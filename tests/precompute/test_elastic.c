@@ -1,6 +1,7 @@
 /* Elasticity with directions: energy, forces and the reduced polynomial of orthotropic elements of
  * every kind, laminates against their series solutions, files, and what is refused.
  * SPDX-License-Identifier: Apache-2.0 */
+#include "tests/support/monomials.h"
 #include "tests/support/precompute_support.h"
 
 #include <unistd.h>
@@ -171,21 +172,6 @@ static void force_is_the_slope_of_energy_and_stiffness_that_of_force(void **stat
     thrum_fem_free(&fem);
     body_free(&b);
   }
-}
-
-static double polynomial_of(const thrum_model *model, const double *q) {
-  double v = 0;
-  const int64_t r = model->rank;
-  for (int64_t i = 0; i < r; i++)
-    v += model->omega2[i] * q[i] * q[i] / 2;
-  for (int64_t i = 0; i < r; i++)
-    for (int64_t j = i; j < r; j++)
-      for (int64_t k = j; k < r; k++) {
-        v += model->c3[thrum_c3_index(r, i, j, k)] * q[i] * q[j] * q[k];
-        for (int64_t l = k; l < r; l++)
-          v += model->c4[thrum_c4_index(r, i, j, k, l)] * q[i] * q[j] * q[k] * q[l];
-      }
-  return v;
 }
 
 /* V(q) is that of the mesh at U q, with derivatives of modes in the basis; where only the first

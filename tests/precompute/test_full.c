@@ -14,6 +14,7 @@
 #include "mesh/mesh.h"
 #include "precompute/full/full.h"
 #include "precompute/precompute.h"
+#include "tests/support/mesh_model.h"
 #include "thrum/thrum.h"
 
 static const double tau = 6.28318530717958647693;
@@ -42,14 +43,7 @@ static void body_make(body *b, const char *spec, bool clamped) {
   b->material[0] = 1e6;
   b->material[1] = 0.3;
   b->material[2] = 1000;
-  b->model = (thrum_model){.vertex_count = b->mesh.vertex_count,
-                           .tet_count = b->mesh.tet_count,
-                           .region_count = 1,
-                           .vertices = b->mesh.vertices,
-                           .tets = b->mesh.tets,
-                           .tet_region = b->mesh.tet_region,
-                           .material = b->material,
-                           .fixed = b->fixed};
+  b->model = mesh_model(&b->mesh, b->material, b->fixed);
 }
 
 /* Regions along x of as many laws, one after the other, of a beam of length 1. */

@@ -14,6 +14,7 @@
 #include "mesh/mesh.h"
 #include "mesh/midsides.h"
 #include "precompute/full/full.h"
+#include "tests/support/mesh_model.h"
 #include "thrum/thrum.h"
 
 #define YOUNG 1e6
@@ -52,15 +53,7 @@ static void beam_make(beam *b, const char *spec, bool arch) {
 
   b->material[0] = YOUNG;
   b->material[2] = 1000;
-  b->model = (thrum_model){.vertex_count = b->mesh.vertex_count,
-                           .tet_count = b->mesh.tet_count,
-                           .region_count = 1,
-                           .vertices = b->mesh.vertices,
-                           .tets = b->mesh.tets,
-                           .midsides = b->mesh.midsides,
-                           .tet_region = b->mesh.tet_region,
-                           .material = b->material,
-                           .fixed = b->fixed};
+  b->model = mesh_model(&b->mesh, b->material, b->fixed);
 }
 
 static void beam_free(beam *b) {

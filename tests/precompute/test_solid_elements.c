@@ -1,6 +1,7 @@
 /* Hexahedra, wedges and solid-shells: the shape functions, the patch test on distorted meshes, and
  * that energy, forces, stiffness, derivatives and the reduced polynomial are those of one quartic.
  * SPDX-License-Identifier: Apache-2.0 */
+#include "tests/support/monomials.h"
 #include "tests/support/precompute_support.h"
 
 #include "core/base/vec3.h"
@@ -464,21 +465,6 @@ static void force_is_the_slope_of_energy_and_stiffness_that_of_force(void **stat
     thrum_fem_free(&fem);
     body_free(&b);
   }
-}
-
-static double polynomial_of(const thrum_model *model, const double *q) {
-  double v = 0;
-  int64_t r = model->rank;
-  for (int64_t i = 0; i < r; i++)
-    v += model->omega2[i] * q[i] * q[i] / 2;
-  for (int64_t i = 0; i < r; i++)
-    for (int64_t j = i; j < r; j++)
-      for (int64_t k = j; k < r; k++) {
-        v += model->c3[thrum_c3_index(r, i, j, k)] * q[i] * q[j] * q[k];
-        for (int64_t l = k; l < r; l++)
-          v += model->c4[thrum_c4_index(r, i, j, k, l)] * q[i] * q[j] * q[k] * q[l];
-      }
-  return v;
 }
 
 /* V(q) is V_full(U q) to rounding, so the energy of the mesh is a quartic. */

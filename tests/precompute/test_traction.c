@@ -14,6 +14,7 @@
 #include "mesh/mesh.h"
 #include "precompute/full/full.h"
 #include "precompute/model/traction.h"
+#include "tests/support/mesh_model.h"
 
 typedef struct body {
   thrum_mesh mesh;
@@ -28,14 +29,7 @@ static void body_make(body *b, const char *spec) {
   assert_int_equal(thrum_mesh_read(spec, 1, &b->mesh, NULL), THRUM_OK);
   b->fixed = calloc((size_t)b->mesh.vertex_count, 1);
   assert_non_null(b->fixed);
-  b->model = (thrum_model){.vertex_count = b->mesh.vertex_count,
-                           .tet_count = b->mesh.tet_count,
-                           .region_count = 1,
-                           .vertices = b->mesh.vertices,
-                           .tets = b->mesh.tets,
-                           .tet_region = b->mesh.tet_region,
-                           .material = material,
-                           .fixed = b->fixed};
+  b->model = mesh_model(&b->mesh, material, b->fixed);
 }
 
 static void body_free(body *b) {
