@@ -161,6 +161,8 @@ static thrum_status send_coefficients(thrum_crowd *crowd, const thrum_model *mod
   if (!matrix || !pairs)
     status = thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for %.0f MB of coefficients",
                              (double)entries * sizeof *matrix / 1048576);
+
+  // the matrix, and which two coordinates each of its lower rows stands for
   if (status == THRUM_OK) {
     second_derivatives(model, matrix, crowd->columns, crowd->rank);
     uint16_t *next = pairs;
@@ -190,6 +192,8 @@ static thrum_status send_points(thrum_crowd *crowd, const thrum_model *model, th
   if (!matrix || !numbers)
     status = thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for %lld cubature points",
                              (long long)count);
+
+  // the device takes a row a coordinate, and the moduli and weights one behind the other
   if (status == THRUM_OK) {
     for (int64_t row = 0; row < 9 * count; row++)
       for (int64_t i = 0; i < rank; i++)
@@ -286,6 +290,8 @@ static thrum_status make_arrays(thrum_crowd *crowd, thrum_error *error) {
       {&crowd->pull, points * part * sizeof(float)},
       {&crowd->pull_along, points * part * sizeof(float)},
   };
+
+  // those of points have no size without points
   for (size_t i = 0; i < sizeof arrays / sizeof *arrays; i++)
     if (arrays[i].size > 0)
       THRUM_TRY(device_buffer(a, arrays[i].size, NULL, arrays[i].buffer, error));

@@ -13,7 +13,7 @@
   X(products)                                                                                      \
   X(shift_back) X(shift_on) X(multiply) X(force) X(begin) X(iterate) X(commit) X(kick) X(energies)
 
-/* Those of a model of cubature points. */
+/* X(name): the passes that only a model of cubature points needs. */
 #define POINT_PASSES(X) X(increments) X(points) X(point_force) X(point_tangent) X(point_energies)
 
 struct thrum_crowd {

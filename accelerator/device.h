@@ -70,7 +70,7 @@ static inline device_argument device_number_of(const thrum_accelerator *accelera
   return (device_argument){device_real(accelerator), &kept->bytes};
 }
 
-/* What OpenCL said, as a status with a line: what was being done, and for what. */
+/* Turns an error of OpenCL into a status with a line that says what was being done. */
 thrum_status device_failure(int32_t code, const char *what, thrum_error *error);
 
 /* Compiles `source` with these macros set; the caller releases *program. */

@@ -162,12 +162,16 @@ static void take_mass(const thrum_model *model, device_mesh *m) {
   int32_t end = 0;
   for (int64_t v = 0; v < m->vertices; v++) {
     const int32_t start = end;
+
+    // each element around the vertex adds its row
     for (int32_t k = v == 0 ? 0 : m->around_ends[v - 1]; k < m->around_ends[v]; k++) {
       const int64_t a = m->around[k] / m->tets, t = m->around[k] % m->tets;
       const double density = model->material[3 * (int64_t)model->tet_region[t] + 2];
       for (int b = 0; b < m->nodes; b++) {
         const int32_t column = m->node[b * m->tets + t];
         int32_t at = start;
+
+        // the columns of a row are few: they are looked through
         while (at < end && m->mass_columns[at] != column)
           at++;
         if (at == end)
@@ -190,6 +194,8 @@ static void take_diagonal(device_mesh *m) {
         const double *slope = m->slopes + 3 * ((int64_t)p * m->nodes + a);
         const double weight = m->shares[p] * m->volume[t];
         double g[3], square = 0;
+
+        // the gradient of the node's shape function in space
         for (int c = 0; c < 3; c++) {
           g[c] = 0;
           for (int k = 0; k < 3; k++)

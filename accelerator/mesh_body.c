@@ -147,6 +147,8 @@ static thrum_status send_mesh(thrum_mesh_body *body, const thrum_model *model, c
   const thrum_accelerator *a = body->accelerator;
   const int64_t all = m->tets * m->nodes, masses = m->mass_ends[m->vertices - 1];
   const size_t index = sizeof(int32_t);
+
+  // which nodes and elements belong together, then their numbers
   THRUM_TRY(device_buffer(a, (size_t)all * index, m->node, &body->node, error));
   THRUM_TRY(device_buffer(a, (size_t)all * index, m->around, &body->around, error));
   THRUM_TRY(

@@ -20,6 +20,14 @@ static void bodies_make(bodies *b, uint64_t seed, double amplitude) {
   random_vector(&random, BODIES * RANK, 400 * amplitude, b->load);
 }
 
+/* The same for a model of cubature points, whose frequencies are of about 1 rad/s. */
+static void bodies_slow(bodies *b) {
+  for (int i = 0; i < BODIES * RANK; i++) {
+    b->p[i] /= 20;
+    b->load[i] /= 400;
+  }
+}
+
 static thrum_accelerator *take_device(int32_t single) {
   thrum_accelerator_def def = thrum_default_accelerator_def();
   def.single = single;
@@ -190,11 +198,10 @@ static void test_points(void **unused) {
     thrum_crowd_def def = crowd_of(all[k], 0.1);
     bodies here, there, linear;
     bodies_make(&here, 7, 0.5);
-    for (int i = 0; i < BODIES * RANK; i++) {
-      here.p[i] /= 20;
-      here.load[i] /= 400;
-    }
+    bodies_slow(&here);
     there = linear = here;
+
+    // on the device, here, and here without what is not linear
     step_here(&body.points, &def, &here, 40);
     step_here(&straight.model, &def, &linear, 40);
     assert_int_equal(step_there(accelerator, &body.points, &def, &there, 40), THRUM_OK);
@@ -203,6 +210,7 @@ static void test_points(void **unused) {
     assert_true(differ(linear.q, here.q, BODIES * RANK) > 0.1);
   }
 
+  // the energies at rest are the library's
   thrum_crowd_def def = crowd_of(THRUM_INTEGRATOR_ENERGY, 0.1);
   bodies b;
   bodies_make(&b, 7, 0.5);
@@ -241,10 +249,8 @@ static void test_lanes(void **unused) {
       thrum_crowd_def def = crowd_of(THRUM_INTEGRATOR_ENERGY, of_points ? 0.1 : 2e-3);
       bodies here, there;
       bodies_make(&here, 7, 0.3);
-      for (int i = 0; of_points && i < BODIES * RANK; i++) {
-        here.p[i] /= 20;
-        here.load[i] /= 400;
-      }
+      if (of_points)
+        bodies_slow(&here);
       there = here;
       step_here(model, &def, &here, 10);
       assert_int_equal(step_there(accelerator, model, &def, &there, 10), THRUM_OK);
